@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Bodies that come apart, in a cube whose sides were scraped by a hand's strokes: a plane, a line
-// drawn by hand and a saw that part it, the two put together again, and what a stroke severs looked
-// for at its end, where it severed nothing, a corner, or half of the cube. Splits, and half
-// of the cube, on one thread and on two.
+// Splitting and joining bodies, and looking for severed pieces after a stroke. The cube's sides
+// were scraped by strokes. A plane, a hand-drawn line and a saw split it, and the two halves are
+// joined again. A stroke severs nothing, a corner, or half of the cube. Splits and the half cube
+// run on one thread and on two.
 //
-//   bodies_bench [--json] [--quick] [--only TEXT]     (what has TEXT in its name)
+//   bodies_bench [--json] [--quick] [--only TEXT]     (only those with TEXT in their name)
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -42,7 +42,7 @@ struct Options {
   std::string only;
 };
 
-// A cube of n^3 nodes whose top is scraped all over, and the measurements on it.
+// A cube of n^3 nodes with a completely scraped top, and its measurements.
 class ScrapedCube {
  public:
   ScrapedCube(int nodes, const Options& options)
@@ -54,7 +54,7 @@ class ScrapedCube {
     tilted_.shape = CutPlane{Vec3::Constant(0.5 * n_ + 0.3), Vec3(1, 0.4, 0.3).normalized()};
   }
 
-  // The lines that report them.
+  // The report.
   std::string run() {
     time_splits();
     time_join();
@@ -69,7 +69,7 @@ class ScrapedCube {
     return lattice;
   }
 
-  // Times run() on the scraped cube, after prepare(); run() returns `expected`.
+  // Times run() on the scraped cube after prepare(). run() must return `expected`.
   void timed(const char* what, const std::function<void()>& prepare,
              const std::function<size_t()>& run, size_t expected) {
     if (std::string_view(what).find(options_.only) == std::string_view::npos) return;
@@ -79,9 +79,9 @@ class ScrapedCube {
       model_.restore(scraped_);
       prepare();
       const double began = now_us();
-      const size_t came = run();
+      const size_t count = run();
       ms.push_back((now_us() - began) / 1000);
-      if (came != expected) fail(std::string(what) + " gave other bodies than it should");
+      if (count != expected) fail(std::string(what) + " gave other bodies than it should");
     }
     char text[300];
     std::snprintf(text, sizeof text,
@@ -99,7 +99,7 @@ class ScrapedCube {
       curve.curve_mm.push_back({0.5 * n_ + 0.05 * n_ * std::sin(0.2 * i), n_ * i / 60, 0});
     const Cutter line{curve};
     curve.along = Vec3(0.3, 0.2, 1).normalized();
-    const Cutter askew{curve};
+    const Cutter oblique{curve};
     Cutter saw = tilted_;
     saw.kerf_mm = 3;
     Cutter wire = line;
@@ -107,11 +107,11 @@ class ScrapedCube {
     for (const auto& [name, cutter] : {std::pair{"split by a plane", plane},
                                        {"split by a tilted plane", tilted_},
                                        {"split along a line of 60 places", line},
-                                       {"split along that line, drawn askew", askew},
+                                       {"split along that line, drawn askew", oblique},
                                        {"split by a saw of 3 cells", saw},
                                        {"split by a wire of 2 cells along the line", wire}})
       for (const int threads : {1, 2}) {
-        CutOff off;  // what a person keeps
+        CutOff off;  // the half that the user keeps
         timed((std::string(name) + (threads == 2 ? ", two threads" : "")).c_str(),
               [&] { off = {}; },
               [&, &by = cutter] {
@@ -124,20 +124,20 @@ class ScrapedCube {
 
   void time_join() {
     model_.restore(scraped_);
-    Bodies parted = Bodies::of(model_);
+    BodyList parted = BodyList::of(model_);
     if (const auto done = apply(parted, {{}, BodyCut{tilted_}}); !done) fail(done.error());
     const BodyAction join{{1, 2}, BodyJoin{}};
     timed(
         "two halves joined", [] {},
         [&] {
-          Bodies bodies = parted;
+          BodyList bodies = parted;
           if (const auto done = apply(bodies, join); !done) fail(done.error());
           return bodies.all.size();
         },
         1);
   }
 
-  // What a stroke severs, looked for at its end.
+  // Looks for severed pieces at the end of a stroke.
   void time_severing() {
     int threads = 1;
     const auto crumbs = [&] {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// An hour of carving as a document: 10 000 strokes of 0.36 s in a lattice of 1024^3. What a stroke
-// takes on disk and in memory, how long saving, undo, redo and opening take.
+// An hour of carving as a document: 10 000 strokes of 0.36 s in a lattice of 1024^3. It measures
+// disk and memory per stroke, and the times of saving, undo, redo and opening.
 //
 //   document_bench [--json] [--quick] [--strokes N] [--nodes N]     quick: 20 strokes in 512^3
 #include <sys/resource.h>
@@ -61,16 +61,16 @@ Options options_of(int argc, char** argv) {
 }
 
 constexpr double kPitch = 0.1;  // [mm]
-constexpr int kTicks = 360;     // of a stroke
+constexpr int kTicks = 360;     // per stroke
 
 struct Times {
   std::vector<double> finish_ms, flush_ms, undo_ms, redo_ms;
-  std::vector<double> cold_ms;  // undo with nothing in memory but the end
+  std::vector<double> cold_ms;  // undo with only the last state in memory
   double carve_us = 0, open_s = 0;
-  double disk_kb = 0, memory_kb = 0;  // a stroke
+  double disk_kb = 0, memory_kb = 0;  // per stroke
 };
 
-// 36 mm, gently curved, somewhere on the top. Whether it could be recorded.
+// Carves 36 mm along a gentle curve on the top. Returns whether it could be recorded.
 bool carve_stroke(Document& document, TriDexel& model, int number, double size, Times& times) {
   StrokeSettings settings;
   settings.tool = BallTool{1.2};
@@ -105,7 +105,7 @@ bool carve_stroke(Document& document, TriDexel& model, int number, double size, 
   return true;
 }
 
-// All strokes, one by one.
+// Undoes all strokes, one by one.
 bool undo_all(Document& document, TriDexel& model, int strokes, std::vector<double>& ms) {
   for (int i = 0; i < strokes; i++) {
     const double at = now_us();
@@ -128,7 +128,7 @@ int fail(const std::string& why) {
   return 2;
 }
 
-// Exit status.
+// Returns the exit status.
 int measure(const std::filesystem::path& file, const Options& options, Times& times) {
   const double size = options.nodes * kPitch;
   const int strokes = options.strokes;
@@ -142,7 +142,7 @@ int measure(const std::filesystem::path& file, const Options& options, Times& ti
   for (int s = 0; s < strokes; s++)
     if (!carve_stroke(document, model, s, size, times)) return 2;
   times.memory_kb = (resident_mb() - memory_before) * 1000 / strokes;
-  // All the way back and forth again: the states in memory are soon used up.
+  // Undo everything, then redo it. The states in memory are soon used up.
   const uint64_t first = document.steps().begin()->second.hash;
   const uint64_t hash = model.content_hash();
   if (!undo_all(document, model, strokes, times.undo_ms) || model.content_hash() != first ||

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A mesh into 512^3 and 1024^3 (128^3, once, when quick) and out again: scan conversion and surface
-// extraction against OpenVDB's meshToVolume and volumeToMesh, one thread, in turn; extraction also
-// on two.
+// A mesh into 512^3 and 1024^3 nodes (128^3, once, with --quick) and out again. Scan conversion and
+// surface extraction run in turn with OpenVDB's meshToVolume and volumeToMesh, on one thread.
+// Extraction also runs on two threads.
 //
 //   import_bench [--json] [--quick] [MESH]     without MESH: a bumpy ball of 60 k triangles
 #include <cstdio>
@@ -44,10 +44,10 @@ struct Times {
   std::vector<double> in, out, out_two;  // [ms]; two: on two threads
   std::vector<double> peer_in, peer_out;
   int64_t spans = 0;
-  size_t triangles = 0, triangles_peer = 0;  // of the surfaces extracted
+  size_t triangles = 0, triangles_peer = 0;  // of the extracted surfaces
 };
 
-// Into n nodes along the longest side, and out again. The mesh is 1 mm long.
+// Converts a mesh into n nodes along its longest side, and out again. The mesh is 1 mm long.
 Result<Times> time_mesh(const TriangleMesh& mesh, int n, int reps) {
   const Lattice lattice = make_lattice(mesh.bounds().size(), 1.0 / n, 0).value();
 #ifdef KIBORI_HAVE_OPENVDB
@@ -85,12 +85,12 @@ Result<Times> time_mesh(const TriangleMesh& mesh, int n, int reps) {
 
 std::string report(const Times& times, int n, size_t triangles, bool json, bool first) {
   const double k = median(times.in), p = times.peer_in.empty() ? 0 : median(times.peer_in);
-  // Millions of triangles a second.
+  // Million triangles per second.
   const auto speed = [](size_t count, const std::vector<double>& ms) {
     return static_cast<double>(count) / median(ms) / 1000;
   };
   const double s1 = speed(times.triangles, times.out), s2 = speed(times.triangles, times.out_two),
-               // An open mesh is hollow to OpenVDB, and there is no surface to extract.
+               // For OpenVDB an open mesh is hollow, so there is no surface to extract.
       sp = times.triangles_peer < times.triangles / 2 ? 0
                                                       : speed(times.triangles_peer, times.peer_out);
   char text[512];

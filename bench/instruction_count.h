@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Counts instructions by single-stepping a forked copy of this process: exact, on the machine's own
-// vector unit, and deaf to other work. A repeated string instruction counts once a repetition.
-// About 10^6 a second, so for short work.
+// Counts instructions by single-stepping a forked copy of this process. The count is exact, uses
+// the machine's own vector unit, and ignores other work. A repeated string instruction counts once
+// per repetition. It handles about 10^6 instructions per second, so use it for short work.
 #pragma once
 
 #include <csignal>
@@ -15,7 +15,7 @@
 
 namespace kibori_bench {
 
-// Instructions that f() runs; -1 where the system allows no tracing.
+// The number of instructions that f() runs. -1 if the system does not allow tracing.
 template <class F>
 int64_t count_instructions(F&& f) {
   std::fflush(nullptr);

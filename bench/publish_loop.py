@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""The servo loop with and without readers of its ticks, in turn: what publishing costs it, and what readers miss. And the loop
-in a script: with threads of Python that hold its lock, and with as many processes beside it, which do not.
+"""Measures the servo loop with and without readers of its ticks, in turn: the cost of publishing,
+and the ticks that readers miss. Also measures the loop in a script. There, Python threads hold
+the lock (GIL), or separate processes do the same work.
 
-Usage: publish_loop.py KIBORI [--json] [--quick] [--seconds S]; PYTHONPATH holds the module. Topics over DDS are written
-where kibori_dds.so is; nobody reads them here.
+Usage: publish_loop.py KIBORI [--json] [--quick] [--seconds S]; PYTHONPATH must contain the
+module. Topics over DDS are written if kibori_dds.so exists. Nobody reads them here.
 """
 import json
 import os
@@ -23,7 +24,7 @@ seconds = float(sys.argv[sys.argv.index("--seconds") + 1]) if "--seconds" in sys
 rounds = 1 if quick else 5
 kibori = sys.argv[1]
 dds = os.path.exists(os.path.join(os.path.dirname(kibori), "kibori_dds.so"))
-WAYS = {"nobody": [], "a reader": ["127.0.0.1:0"]} | ({"a reader, DDS": ["127.0.0.1:0", "dds:97"]} if dds else {})
+SETUPS = {"nobody": [], "a reader": ["127.0.0.1:0"]} | ({"a reader, DDS": ["127.0.0.1:0", "dds:97"]} if dds else {})
 
 
 def run(places):
@@ -41,14 +42,14 @@ def run(places):
                 read["lost"] = ticks.lost
         reader = threading.Thread(target=listens)
         reader.start()
-    said = json.loads(program.communicate()[0])
+    report = json.loads(program.communicate()[0])
     if places:
         reader.join()
-    return said, read
+    return report, read
 
 
 def in_script(busy_threads, busy_processes):
-    """The loop of Model.servo() by the same hand and block, while others keep Python busy."""
+    """Runs the loop of Model.servo() with the same hand and block while others keep Python busy."""
     done = threading.Event()
 
     def burn():
@@ -82,21 +83,21 @@ def in_script(busy_threads, busy_processes):
 
 
 SCRIPTS = {"in a script": (0, 0), "2 busy threads": (2, 0), "2 processes": (0, 2)}
-took = {way: [] for way in [*WAYS, *SCRIPTS]}
+took = {setup: [] for setup in [*SETUPS, *SCRIPTS]}
 for _ in range(rounds):
-    for way, busy in SCRIPTS.items():
-        took[way].append(in_script(*busy))
-    for way, places in WAYS.items():
-        said, read = run(places)
-        took[way].append({"compute_p50_us": said["compute_us"]["p50"], "compute_p999_us": said["compute_us"]["p999"],
-                          "late_p999_us": said["late_us"]["p999"], "empty_loop_late_p999_us": said["empty_loop_late_us"]["p999"],
-                          "missed": said["missed"], "ticks": said["ticks"], "read": read["rows"], "lost": read["lost"]})
-median = {way: {name: statistics.median(run[name] for run in runs) for name in runs[0]} for way, runs in took.items()}
+    for setup, busy in SCRIPTS.items():
+        took[setup].append(in_script(*busy))
+    for setup, places in SETUPS.items():
+        report, read = run(places)
+        took[setup].append({"compute_p50_us": report["compute_us"]["p50"], "compute_p999_us": report["compute_us"]["p999"],
+                          "late_p999_us": report["late_us"]["p999"], "empty_loop_late_p999_us": report["empty_loop_late_us"]["p999"],
+                          "missed": report["missed"], "ticks": report["ticks"], "read": read["rows"], "lost": read["lost"]})
+median = {setup: {name: statistics.median(run[name] for run in runs) for name in runs[0]} for setup, runs in took.items()}
 if "--json" in sys.argv:
     print(json.dumps(median))
 else:
     print(f"servo loop, {seconds:g} s each, medians of {rounds}; p99.9 of what it computes and of how late it begins [us]")
-    for way, m in median.items():
+    for setup, m in median.items():
         empty = f" (an empty loop: {m['empty_loop_late_p999_us']:7.1f})" if m["empty_loop_late_p999_us"] else " " * 26
-        print(f"{way:14} compute p50 {m['compute_p50_us']:6.1f} p99.9 {m['compute_p999_us']:7.1f}   late p99.9 {m['late_p999_us']:7.1f}{empty}"
+        print(f"{setup:14} compute p50 {m['compute_p50_us']:6.1f} p99.9 {m['compute_p999_us']:7.1f}   late p99.9 {m['late_p999_us']:7.1f}{empty}"
               f"   missed {m['missed']:g} of {m['ticks']:g}   read {m['read']:g}, lost {m['lost']:g}")

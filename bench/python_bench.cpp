@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The loop that bench/python_loop.py's is measured by: a ball of 10 cells on a spiral, cuts [us
-// each] and the hash. Usage: python_bench CUTS
+// The C++ reference of bench/python_loop.py: a ball of 10 cells on a spiral. Prints the time per
+// cut [us] and the hash. Usage: python_bench CUTS
 #include <chrono>
 #include <cinttypes>
 #include <cmath>

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Cuts from an array and one by one through `import kibori`, beside the same loop in C++, in turn.
+"""Compares cuts through `import kibori`, from an array and one by one, with the same loop in C++,
+in turn.
 
-Usage: python_loop.py PYTHON_BENCH [--json] [--quick]; PYTHONPATH holds the module.
+Usage: python_loop.py PYTHON_BENCH [--json] [--quick]; PYTHONPATH must contain the module.
 """
 import json
 import statistics
@@ -21,14 +22,14 @@ t = 40 * np.pi * share
 path = np.column_stack([40 + 30 * np.cos(t), 25 + 20 * np.sin(t), 28 - 2 * share])
 took = {"C++": [], "array": [], "one by one": []}
 for _ in range(rounds):
-    said = subprocess.run([sys.argv[1], str(cuts)], capture_output=True, text=True, check=True).stdout.split()
-    took["C++"].append(float(said[0]))
+    output = subprocess.run([sys.argv[1], str(cuts)], capture_output=True, text=True, check=True).stdout.split()
+    took["C++"].append(float(output[0]))
     m = kb.Model.block((80, 50, 30), 0.5)
     start = time.perf_counter()
     m.carve(kb.Ball(5), path)
     took["array"].append((time.perf_counter() - start) * 1e6 / cuts)
-    # NumPy's sine need not be the C library's to the last bit.
-    same = m.hash == int(said[1])
+    # NumPy's sine may differ from the C library's in the last bit.
+    same = m.hash == int(output[1])
     m = kb.Model.block((80, 50, 30), 0.5)
     start = time.perf_counter()
     with m.stroke(kb.Ball(5), path[0]) as stroke:

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Smoothing: dabs that go round a ball of 300 cells across, each a quarter of the brush's radius
-// further, on one thread and on two. The peer smooths its level set of the same region in place.
-// Clay: a ball tool pressed into the ball along the same way, in ticks of one collar each, which
-// reaches as far as the brush. Grabbing: the ball's surface pulled by 0.3 radii, each time another
-// way; the first time its surface is read, too; on one thread and on two. Undo: back to the
-// snapshot before a dab, or to that before a grab.
+// Measures reshaping of a ball 300 cells across.
+// - Smoothing: dabs around the ball, a quarter of the brush's radius apart, on one thread and on
+//   two. The peer smooths its level set of the same region in place.
+// - Clay: a ball tool pressed into the ball along the same path, in ticks of one collar each. The
+//   collar reaches as far as the brush.
+// - Grabbing: the surface pulled by 0.3 radii, each time in another direction. The first time
+//   includes reading the surface. On one thread and on two.
+// - Undo: back to the snapshot before a dab or a grab.
 //
 //   reshape_bench [--json] [--quick]
 #include <cmath>
@@ -48,7 +50,7 @@ struct DabTimes {
   double removed = 0;             // [cells]
 };
 
-// Runs `f` and adds its time.
+// Runs `f` and appends its time.
 template <class F>
 void timed(std::vector<double>& ms, F&& f) {
   const double start = now_us();
@@ -56,7 +58,7 @@ void timed(std::vector<double>& ms, F&& f) {
   ms.push_back((now_us() - start) / 1000);
 }
 
-// What fails ends the benchmark.
+// Ends the benchmark on an error.
 template <class Done>
 void check(const Done& done) {
   if (done.ok()) return;
@@ -72,7 +74,7 @@ DabTimes time_dabs(TriDexel& model, Reshaper& reshaper, const Vec3& middle,
   for (const Point& at : path) {
     const Vec3 centre = middle + Vec3(static_cast<double>(at.x), static_cast<double>(at.y),
                                       static_cast<double>(at.z));
-    const Snapshot before = model.snapshot();  // as where an undo is kept
+    const Snapshot before = model.snapshot();  // like a state kept for undo
     timed(times.dab, [&] {
       const Result<Reshaped> done = reshaper.dab(model, FieldVerb::smooth, brush, centre);
       check(done);
@@ -129,7 +131,7 @@ GrabTimes time_grabs(TriDexel& model, const Vec3& middle, double ball, double ra
     Warp warp(model);
     warp.set_threads(threads);
     for (int i = 0; i < (quick ? 3 : 20); i++) {
-      drag.way = 0.3 * radius * Vec3(std::cos(i), std::sin(i), 0.5).normalized();
+      drag.displacement = 0.3 * radius * Vec3(std::cos(i), std::sin(i), 0.5).normalized();
       timed(i == 0 ? times.first : times.update, [&] {
         check(warp.warp(WarpVerb::grab, {.radius_mm = radius, .strength = 1}, {drag}));
       });
@@ -139,7 +141,7 @@ GrabTimes time_grabs(TriDexel& model, const Vec3& middle, double ball, double ra
   return times;
 }
 
-// Of one radius of the brush.
+// The times of one brush radius.
 struct RadiusTimes {
   double radius;                                       // [cells]
   std::vector<double> dabs, dabs2, clay, clay2, undo;  // [ms]; 2: on two threads
@@ -183,8 +185,8 @@ RadiusTimes time_radius(const Lattice& lattice, double ball, double radius, bool
   deposit(model, SweptBall(LatticePoint{middle}, LatticeVector(), ball), 0, {}, removed);
   const Snapshot start = model.snapshot();
   const int presses = quick ? 3 : 60;
-  // As in a studio, where strokes were made before: memory is there. (The first of all, which
-  // takes it from the system, is slower by a tenth to a third where a dab needs more.)
+  // Memory is already allocated, as in a studio after earlier strokes. The very first dab gets it
+  // from the system. It is slower by a tenth to a third if it needs more.
   const auto memory = std::make_shared<DabMemory>();
   const auto dabs_on = [&](int threads) {
     model.restore(start);
@@ -203,7 +205,7 @@ RadiusTimes time_radius(const Lattice& lattice, double ball, double radius, bool
   const auto append = [](std::vector<double>& to, const std::vector<double>& more) {
     to.insert(to.end(), more.begin(), more.end());
   };
-  // Some rounds, the ways of running in turn: the 99th percentile of one would be its maximum.
+  // Run several rounds and alternate. The 99th percentile of one round would be its maximum.
   for (int round = 0; round < (quick ? 1 : 5); round++) {
     const DabTimes one = dabs_on(1);
     append(times.dabs, one.dab);

@@ -1,5 +1,7 @@
 #!/usr/bin/env bash
-# Runs one benchmark of build/release. Usage: run.sh step|tools|import|surface|reshape|spline|bodies|servo|document|python|publish|studio|hover|memory|instructions [--json] [--quick] ...
+# Runs one benchmark of build/release. Usage: run.sh
+# step|tools|import|surface|reshape|spline|bodies|mill|servo|document|python|publish|studio|hover|memory|instructions
+# [--json] [--quick] ...
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 name=$1; shift
@@ -9,10 +11,12 @@ case "$name" in
   python) PYTHONPATH=build/release/python /usr/bin/python3 bench/python_loop.py $bin/python_bench "$@" ;;
   publish) PYTHONPATH=build/release/python /usr/bin/python3 bench/publish_loop.py $bin/kibori "$@" ;;
   memory | instructions) $bin/step_bench "--$name" "$@" ;;
+  mill) python3 bench/mill_programs.py $bin/kibori "$@" ;;
   studio) node bench/studio_latency.mjs $bin/kibori "$@" ;;
   hover) node bench/studio_hover.mjs $bin/kibori "$@" ;;
   import | surface)
-    # A real mesh where the shared data is; a mesh in the arguments comes later and counts.
+    # Use a real mesh if the shared data exist. A mesh in the arguments comes later and overrides
+    # it.
     mesh=../shared/models/stanford-bunny.obj
     if [ -e "$mesh" ]; then
       set -- "$mesh" "$@"

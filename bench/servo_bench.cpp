@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The servo loop in real time: ball and finger of 16, 32 and 64 cells scrape a block by a simulated
-// hand, half their radius deep, with the surface followed on the other core.
+// The servo loop in real time. A simulated hand scrapes a block with a ball and a finger of 16, 32
+// and 64 cells, half their radius deep. The other core updates the surface.
 //
-//   servo_bench [--json] [--quick] [--seconds S]    S for each of the six, 10 by default, quick 0.5
+//   servo_bench [--json] [--quick] [--seconds S]    S per run (six runs), 10 by default, quick 0.5
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -56,7 +56,7 @@ int main(int argc, char** argv) {
   for (const bool finger : {false, true})
     for (const int cells : {16, 32, 64}) {
       const double radius = 0.25 * cells;
-      // The finger is as wide as the ball's radius at half that depth.
+      // At half that depth, the finger is as wide as the ball's radius.
       const Tool tool = finger ? Tool(Finger{1 / (2 * radius), 60}) : Tool(BallTool{radius});
       ServoRunOptions options;
       options.seconds = seconds;
@@ -72,8 +72,8 @@ int main(int argc, char** argv) {
                             static_cast<double>(r.servo.ticks + r.servo.missed),
                    cutting = static_cast<double>(r.totals.cutting_ticks) /
                              static_cast<double>(r.servo.ticks);
-      // Shares, for programs; for people in percent.
-      const auto told = [&](double share, int decimals) {
+      // Fractions for programs, percent for people.
+      const auto share_text = [&](double share, int decimals) {
         if (!json) return percent(share);
         char number[32];
         std::snprintf(number, sizeof number, "%.*f", decimals, share);
@@ -93,8 +93,8 @@ int main(int argc, char** argv) {
                  "(empty loop %.1f); %s of the ticks cut; %llu chunks of surface\n",
           json && !out.empty() ? ",\n " : "", finger ? "finger" : "ball", cells,
           us(r.servo.compute_ns, 0.5), us(r.servo.compute_ns, 0.99), us(r.servo.compute_ns, 0.999),
-          static_cast<double>(r.servo.compute_ns.max_ns()) / 1000, told(missed, 5).c_str(),
-          us(r.servo.late_ns, 0.99), us(r.empty_late_ns, 0.99), told(cutting, 3).c_str(),
+          static_cast<double>(r.servo.compute_ns.max_ns()) / 1000, share_text(missed, 5).c_str(),
+          us(r.servo.late_ns, 0.99), us(r.empty_late_ns, 0.99), share_text(cutting, 3).c_str(),
           static_cast<unsigned long long>(r.surface_chunks));
       out += text;
       thread = r.scheduling;

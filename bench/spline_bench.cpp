@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// A spline's control point under a hand: the shape reaches 64 cells from its middle, the middle of
-// a lattice whose lower half is a block. Each step moves one point elsewhere, restores the model as
-// it was, and applies the shape anew: curve, mesh, crossings, all three fields. `mesh` is the time
-// of curve and mesh alone, `force` that of one finger's force.
+// A user drags a spline's control point. The shape reaches 64 cells from the middle of a lattice
+// whose lower half is a block. Each step moves one point, restores the model and applies the shape
+// again: curve, mesh, crossings, all three fields. `mesh` is the time of curve and mesh alone.
+// `force` is the time of one finger's force.
 //
 //   spline_bench [--json] [--quick]
 #include <cmath>
@@ -50,8 +50,8 @@ struct Times {
   std::vector<double> drag, mesh, force;  // [ms]
 };
 
-Times time_drags(TriDexel& model, const SplineShape& start, double way, SplineOperation operation,
-                 int steps, int threads) {
+Times time_drags(TriDexel& model, const SplineShape& start, double distance,
+                 SplineOperation operation, int steps, int threads) {
   Times times;
   const Snapshot base = model.snapshot();
   const SplineOptions options{.threads = threads};
@@ -61,8 +61,8 @@ Times time_drags(TriDexel& model, const SplineShape& start, double way, SplineOp
   };
   for (int i = 0; i < steps; i++) {
     SplineShape shape = start;
-    const Vec3 by = way * Vec3(std::cos(0.7 * i), shape.kind == SplineKind::revolve ? 0 : 1,
-                               shape.kind == SplineKind::extrude ? 0 : std::sin(0.7 * i));
+    const Vec3 by = distance * Vec3(std::cos(0.7 * i), shape.kind == SplineKind::revolve ? 0 : 1,
+                                    shape.kind == SplineKind::extrude ? 0 : std::sin(0.7 * i));
     shape.curve.points_mm[2] += by;
     const double began = now_us();
     model.restore(base);

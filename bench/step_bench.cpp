@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// One step of a ball that scrapes a block: Kibori (cut in three directions, normals, removed volume
-// and moments, wrench) against OpenVDB's level-set and bit-mask stamps, in turn in one process, one
-// thread.
+// One step of a ball that scrapes a block. Kibori computes a cut in three directions, normals,
+// removed volume and moments, and the wrench. It runs in turn with OpenVDB's level-set and bit-mask
+// stamps in one process, on one thread.
 //
 //   step_bench [--json] [--quick] [--reps N] [--steps N] [--nodes N] [--radius R]
 //              [--only kibori] [--memory | --instructions]
@@ -25,7 +25,7 @@ using namespace kibori;
 using namespace kibori_bench;
 
 struct Options {
-  int nodes = 0, reps = 0, steps = 0;  // 0: as usual
+  int nodes = 0, reps = 0, steps = 0;  // 0: the default
   float radius = 0;                    // 0: all three
   bool json = false, quick = false, kibori_only = false, memory = false, instructions = false;
 };
@@ -44,7 +44,7 @@ std::unique_ptr<TriDexel> block(int nodes) {
   return model;
 }
 
-// The whole product path: DirectTool::advance, as carve and the servo use it.
+// The whole product path: DirectTool::advance, which carve and the servo use.
 StepTimes carve_steps(int nodes, const std::vector<Point>& path, float radius, int jump_every,
                       int snapshot_every) {
   auto model = block(nodes);
@@ -74,7 +74,7 @@ StepTimes carve_steps(int nodes, const std::vector<Point>& path, float radius, i
   return result;
 }
 
-// The z field alone.
+// Only the z field.
 StepTimes carve_single_direction(int nodes, const std::vector<Point>& path, float radius) {
   auto model = block(nodes);
   StepTimes result;
@@ -108,7 +108,7 @@ struct Series {
   double us_p999() const { return median(p999); }
 };
 
-// The same path whatever the lattice, so that only the model's size differs.
+// The same path for every lattice, so that only the model's size differs.
 std::vector<Point> scrape(const Options& o, float radius, int jump_every) {
   const int nodes = std::min(o.nodes, 512);
   auto path = scrape_path(nodes, radius, o.steps, jump_every);
@@ -141,7 +141,7 @@ void step(const Options& o) {
       single.add(carve_single_direction(o.nodes, path, radius));
     }
 #ifdef KIBORI_HAVE_OPENVDB
-    // Milliseconds a step, so only some.
+    // Takes milliseconds per step, so run only some.
     if (!o.kibori_only)
       csg.add(openvdb_csg_difference(o.nodes, {path.begin(), path.begin() + std::min(o.steps, 50)},
                                      radius));
@@ -258,12 +258,12 @@ int main(int argc, char** argv) {
     else
       return std::fprintf(stderr, "step_bench: unknown option %s\n", argv[i]), 2;
   }
-  const auto unless_said = [&](int& number, int quick, int usual) {
+  const auto unless_given = [&](int& number, int quick, int usual) {
     if (number == 0) number = options.quick ? quick : usual;
   };
-  unless_said(options.nodes, 256, options.memory ? 1024 : 512);
-  unless_said(options.reps, 1, 5);
-  unless_said(options.steps, 100, 2000);
+  unless_given(options.nodes, 256, options.memory ? 1024 : 512);
+  unless_given(options.reps, 1, 5);
+  unless_given(options.steps, 100, 2000);
   if (options.memory)
     memory(options);
   else if (options.instructions)

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Frames a second, and processor time a frame (which other work on the machine does not change
-// much), of the studio's page while the pointer moves over the solid, while the camera turns, and
-// while a stroke is carved, in Chromium without a graphics card at 1280 x 720. The solid is a new
-// block of medium detail, half a million triangles. Usage: node bench/studio_hover.mjs KIBORI
-// [SECONDS | --quick]
+// Measures the studio's page in Chromium without a graphics card at 1280 x 720. It reports frames
+// per second and processor time per frame, which other work on the machine changes little. The
+// pointer hovers over the solid, the camera turns, and a stroke is carved. The solid is a new block
+// of medium detail with half a million triangles.
+//
+// Usage: node bench/studio_hover.mjs KIBORI [SECONDS | --quick]
 import { readdirSync, readFileSync } from "node:fs";
 import {
   atRest,
@@ -17,11 +18,11 @@ import {
   Studio,
 } from "../tests/page/harness.mjs";
 
-const asked = process.argv[3] ?? "8";
-const seconds = asked === "--quick" ? 2 : Number(asked);
+const argument = process.argv[3] ?? "8";
+const seconds = argument === "--quick" ? 2 : Number(argument);
 const studio = await Studio.start();
 const page = await browser.newPage({ viewport: { width: 1280, height: 720 } });
-// A frame of the page is one in which it asked to draw.
+// Count only frames in which the page asked to draw.
 await page.addInitScript(() => {
   const ask = window.requestAnimationFrame.bind(window);
   window.painted = [];
@@ -51,7 +52,7 @@ const triangles = await page.evaluate(() => {
 console.log(`${triangles} triangles`);
 
 /**
- * What the browser's processes have used [s]: those that descend from this one, but for the studio.
+ * Processor time of the browser's processes [s]: the descendants of this process except the studio.
  */
 function used() {
   const processes = new Map();
@@ -65,7 +66,7 @@ function used() {
         ticks: Number(fields[11]) + Number(fields[12]),
       });
     } catch {
-      // It has ended.
+      // The process has ended.
     }
   }
   let ticks = 0;

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
-// How long from a pointer's event to the cut in the page, in a real browser that draws nothing
-// meanwhile; what a stroke sends; what the page's script takes; how long from the command to a
-// usable page. Usage: node studio_latency.mjs KIBORI [--quick]
+// Measures the studio in a real browser that draws nothing meanwhile. It reports the time from a
+// pointer event to the cut in the page, and the bytes per stroke. It also reports the time of the
+// page's script, and the time from the command to a usable page.
+//
+// Usage: node studio_latency.mjs KIBORI [--quick]
 import { join } from "node:path";
 import {
   browser,
@@ -21,7 +23,7 @@ const quick = process.argv.includes("--quick");
 const share = (list, p) =>
   [...list].sort((a, b) => a - b)[Math.min(list.length - 1, Math.floor(p * list.length))];
 
-// To a usable page: the choice to begin with, and a document.
+// Time to a usable page: the start page, and a document.
 const starts = { choice: [], document: [] };
 const times = quick ? 1 : 5;
 for (let i = 0; i < times; i++)

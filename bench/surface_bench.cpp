@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The surface in use: chunks made anew after one step of a ball that scrapes a block, writing STL,
-// and a mesh through dexels into a file.
+// Measures the surface in use. Chunks are rebuilt after one step of a ball that scrapes a block.
+// STL is written. A mesh goes through dexels into a file.
 //
-//   surface_bench [--json] [--quick] [MESH]     without MESH: nothing through dexels into a file
+//   surface_bench [--json] [--quick] [MESH]     without MESH: no mesh through dexels
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
@@ -101,7 +101,7 @@ int main(int argc, char** argv) {
         peer / own.ms);
     out += text;
   }
-  // Writing alone: a sphere's surface, to memory where there is such a folder.
+  // Writing alone: a sphere's surface, to memory if such a folder exists.
   Lattice lattice;
   const double middle = quick ? 50 : 200;
   lattice.nodes = Index3::Constant(static_cast<int>(2 * middle));

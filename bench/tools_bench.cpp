@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-// A step of every tool: each is as wide as a ball of R = 32 cells and scrapes the top of a block of
-// 512^3 nodes, a quarter of its radius deep, one cell a step, with the forces of model `energy`; in
-// plain stock, and in oak, whose grain and rings are felt.
-// Usage: tools_bench [--json] [--quick] [SHAPE]
+// One step of every tool. Each tool is as wide as a ball of R = 32 cells. It scrapes the top of a
+// block of 512^3 nodes, a quarter of its radius deep, one cell per step. The forces use the model
+// `energy`, in plain stock and in oak, whose grain and rings affect the force.
+//
+//   tools_bench [--json] [--quick] [SHAPE]
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -29,7 +30,7 @@ constexpr int kNodes = 512, kRadius = 32;
 Tool tool_of(size_t shape) {
   const double length = 100;
   if (shape == test::kMeshShape) {
-    // Letters, as wide as the others; none without the font.
+    // Letters as wide as the other tools. There is no stamp without the font.
     const Result<Tool> stamp = text_stamp({"KIBORI", "DejaVu Sans", 0.45 * kRadius, length, 0}, 1);
     return stamp ? stamp.value() : MeshTool{};
   }
@@ -88,17 +89,17 @@ int main(int argc, char** argv) {
     const char* const shape = kToolShapes[i];
     if (!only.empty() && only != shape) continue;
     const Tool tool = tool_of(i);
-    // A half-space ends nowhere.
+    // Skip the half-space, which is infinite.
     if (!check_tool(tool) || !std::isfinite(reach_mm(tool))) continue;
     const std::vector<double> plain = steps_of(tool, Material{}, steps),
-                              felt = steps_of(tool, oak, steps);
+                              step_times = steps_of(tool, oak, steps);
     all[shape] = {{"plain_p50_us", median(plain)},
                   {"plain_p99_us", percentile(plain, 0.99)},
-                  {"oak_p50_us", median(felt)},
-                  {"oak_p99_us", percentile(felt, 0.99)}};
+                  {"oak_p50_us", median(step_times)},
+                  {"oak_p99_us", percentile(step_times, 0.99)}};
     if (!json)
       std::printf("%-10s %8.1f %8.1f %8.1f %8.1f\n", shape, median(plain), percentile(plain, 0.99),
-                  median(felt), percentile(felt, 0.99));
+                  median(step_times), percentile(step_times, 0.99));
   }
   if (json) std::printf("%s\n", all.dump(1).c_str());
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The step benchmark's workload: a ball scrapes the top of a solid cube, half its depth, one cell a
-// step.
+// The workload of the step benchmark: a ball scrapes the top of a solid cube, half its depth, one
+// cell per step.
 #pragma once
 
 #include <algorithm>
@@ -11,11 +11,12 @@
 namespace kibori_bench {
 
 struct Point {
-  float x, y, z;  // ball centre; voxel (lattice node) i stands at coordinate i
+  float x, y, z;  // ball centre; voxel (lattice node) i is at coordinate i
 };
 
-// Zig-zag over the +z face of a cube of n nodes: rows `radius` apart, a sub-cell wobble so that no
-// position is lattice-aligned. jump_every > 0: every so many steps the ball jumps to another place.
+// A zigzag over the +z face of a cube of n nodes. Rows are `radius` apart, and a sub-cell wobble
+// avoids lattice-aligned positions. jump_every > 0: after that many steps the ball jumps to another
+// place.
 inline std::vector<Point> scrape_path(int n, float radius, int steps, int jump_every = 0) {
   std::vector<Point> path;
   const float low = radius + 10, high = static_cast<float>(n) - radius - 10;
@@ -51,7 +52,7 @@ inline std::vector<Point> scrape_path(int n, float radius, int steps, int jump_e
 }
 
 struct StepTimes {
-  std::vector<double> us;  // one a step
+  std::vector<double> us;  // one per step
   double removed = 0;      // nodes
   double bytes = 0;        // of the model afterwards
 };

@@ -63,7 +63,7 @@ export async function* listen(address, { WebSocket: Socket = globalThis.WebSocke
   }
   const socket = new Socket(`ws://${address}`);
   socket.binaryType = "arraybuffer";
-  const come = [];
+  const received = [];
   let wake = () => {};
   let about = null,
     last = null,
@@ -77,7 +77,7 @@ export async function* listen(address, { WebSocket: Socket = globalThis.WebSocke
     const view = new DataView(data);
     if (waiting > WAITING && view.getUint8(0) === TICKS) return;
     waiting += data.byteLength;
-    come.push(view);
+    received.push(view);
     wake();
   };
   socket.addEventListener("message", ({ data }) => add(data));
@@ -92,8 +92,8 @@ export async function* listen(address, { WebSocket: Socket = globalThis.WebSocke
   });
   try {
     for (;;) {
-      while (come.length > 0) {
-        const view = come.shift();
+      while (received.length > 0) {
+        const view = received.shift();
         waiting -= view.byteLength;
         const kind = view.getUint8(0);
         if (kind === ABOUT) {

@@ -1,4 +1,4 @@
-# Files of a folder as a C++ source: cmake -DFOLDER=... -DOUT=... -P embed.cmake
+# Embeds the files of a folder in a C++ source: cmake -DFOLDER=... -DOUT=... -P embed.cmake
 file(GLOB_RECURSE files RELATIVE "${FOLDER}" "${FOLDER}/*")
 list(SORT files)
 set(text "#include \"apps/studio/bundle.h\"\nnamespace kibori::studio {\nnamespace {\n")

@@ -19,7 +19,7 @@ PLUNGE_S = LIFT_S + math.dist((25, 15, 24), (12, 6, 23)) / 40
 PHASES = [("scrape", 0, SCRAPE_S, "#f6f1ea"), ("rest in the wood", SCRAPE_S, REST_S, "#e9e0d3"), ("plunge", PLUNGE_S, PLUNGE_S + 6 / 5, "#f6f1ea")]
 WIDTH, LEFT, RIGHT, TOP, HEIGHT, GAP = 820, 74, 804, 54, 130, 48
 COLUMNS = 700     # ticks of one column are drawn as their mean, and their range as a band
-SHARE, ROOM = 0.99, 1.15  # of the ticks with any force so many fit in, with so much room above
+SHARE, ROOM = 0.99, 1.15  # the share of the ticks with any force that fit in, and the room above
 
 
 def read(path):
@@ -45,8 +45,8 @@ def main():
                    f'<text x="{x((begin + min(stop, end)) / 2):.1f}" y="16" text-anchor="middle" font-style="italic">{name}</text>')
     for panel, ((model, about), rows) in enumerate(zip(PANELS, traces)):
         top = TOP + panel * (HEIGHT + GAP)
-        felt = sorted(f for _, f in rows if f > 0)
-        high = min(felt[-1], ROOM * felt[int(SHARE * (len(felt) - 1))])
+        forces = sorted(f for _, f in rows if f > 0)
+        high = min(forces[-1], ROOM * forces[int(SHARE * (len(forces) - 1))])
         step = nice(high / 4)
         high = step * math.ceil(high / step - 1e-9)
         def y(f): return top + HEIGHT * (1 - f / high)

@@ -81,14 +81,14 @@ class Places:
     def deepest(self, centre, radius):
         """How far the ball reaches over the nearest point."""
         low, high = self.cell([x - radius for x in centre]), self.cell([x + radius for x in centre])
-        least = radius * radius
+        nearest2 = radius * radius
         for i in range(low[0], high[0] + 1):
             for j in range(low[1], high[1] + 1):
                 for k in range(low[2], high[2] + 1):
                     for p in self.cells.get((i, j, k), ()):
                         d = sub(p, centre)
-                        least = min(least, dot(d, d))
-        return radius - math.sqrt(least)
+                        nearest2 = min(nearest2, dot(d, d))
+        return radius - math.sqrt(nearest2)
 
 
 def main():
@@ -117,15 +117,15 @@ to = [0, {FIT_MM + 20}, 0]
     places = Places(points, 2.0)
     # Strokes follow the body round; from the top down, as one carves.
     for p, n in sorted(marks(points, triangles), key=lambda mark: -mark[0][1]):
-        way = cross(n, [0.15, 1, 0.1])
-        if dot(way, way) < 0.05:
-            way = cross(n, [1, 0, 0])
-        way = unit(way)
+        direction = cross(n, [0.15, 1, 0.1])
+        if dot(direction, direction) < 0.05:
+            direction = cross(n, [1, 0, 0])
+        direction = unit(direction)
         for radius in GOUGES:
             share = math.sqrt(radius / GOUGES[0])
             depth, length = DEPTH * share, LENGTH * share
             # The gouge dips in, passes its deepest point in the middle and comes out again.
-            centres = [along(along(p, way, at * length), n, radius + lift)
+            centres = [along(along(p, direction, at * length), n, radius + lift)
                        for at, lift in ((-0.5, 0.5), (0, -depth), (0.5, 0.5))]
             if all(places.deepest(c, radius) < 1.6 * depth for c in centres):
                 break

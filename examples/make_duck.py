@@ -59,10 +59,10 @@ def duck(p):
 # slant, as the duck sits on its bottom.
 def sides():
     yield (0, 0, -1), (1, 0, 0), (0, 1, 0)
-    for way in [(0, 1, 0), (0, -1, 0)]:
-        yield way, (1, 0, 0), (0, 0, 1)
-    for way in [(1, 0, 0), (-1, 0, 0)]:
-        yield way, (0, 1, 0), (0, 0, 1)
+    for direction in [(0, 1, 0), (0, -1, 0)]:
+        yield direction, (1, 0, 0), (0, 0, 1)
+    for direction in [(1, 0, 0), (-1, 0, 0)]:
+        yield direction, (0, 1, 0), (0, 0, 1)
     s = math.sqrt(0.5)
     for y in (1, -1):
         yield (0, y * s, s), (1, 0, 0), (0, s, -y * s)
@@ -73,15 +73,15 @@ class Writer:
     def __init__(self, file):
         self.file = file
         self.at = None
-        self.said = {}
+        self.written = {}
 
     def move(self, to, **keys):
         """Keys that are as in the move before are left out."""
         self.file.write("\n[[move]]\nto = [%.2f, %.2f, %.2f]\n" % tuple(to))
         for key, value in keys.items():
-            if self.said.get(key) != value:
+            if self.written.get(key) != value:
                 self.file.write(f"{key} = {value}\n")
-                self.said[key] = value
+                self.written[key] = value
         self.at = to
 
     def stroke(self, places, mode='"cut"'):
@@ -121,17 +121,17 @@ def corners():
     return [(x, y, z) for x in (0, STOCK[0]) for y in (0, STOCK[1]) for z in (0, STOCK[2])]
 
 
-def span(way):
-    dots = [sum(a * b for a, b in zip(way, c)) for c in corners()]
+def span(direction):
+    dots = [sum(a * b for a, b in zip(direction, c)) for c in corners()]
     return min(dots), max(dots)
 
 
-def deepest(way, u_way, v_way, u, v, high):
+def deepest(direction, u_direction, v_direction, u, v, high):
     """How far along `way` the ball's middle can go there before it meets the duck."""
-    start, end = span(way)
+    start, end = span(direction)
     t = start - BALL
     while t < end + BALL:
-        p = tuple(u * a + v * b + t * c for a, b, c in zip(u_way, v_way, way))
+        p = tuple(u * a + v * b + t * c for a, b, c in zip(u_direction, v_direction, direction))
         clear = duck(p) - BALL
         if clear < 0.01:
             return t
@@ -141,14 +141,14 @@ def deepest(way, u_way, v_way, u, v, high):
 
 def carve(out, side, apart, layer, taken):
     """Strokes from a side; with `layer` in passes that deepen by so much, else at once."""
-    way, u_way, v_way = side
-    (u0, u1), (v0, v1), (t0, t1) = span(u_way), span(v_way), span(way)
+    direction, u_direction, v_direction = side
+    (u0, u1), (v0, v1), (t0, t1) = span(u_direction), span(v_direction), span(direction)
     rows = []
     v = v0
     while v <= v1 + 1e-9:
         row, u = [], u0 - BALL - 1
         while u <= u1 + BALL + 1:
-            row.append((u, v, deepest(way, u_way, v_way, u, v, t1)))
+            row.append((u, v, deepest(direction, u_direction, v_direction, u, v, t1)))
             u += 0.5 if layer is None else 1.0
         rows.append(row)
         v += apart
@@ -179,7 +179,7 @@ def carve(out, side, apart, layer, taken):
                 # The tip is a radius below the middle, along the tool's axis, z.
                 places = [
                     minus(
-                        tuple(a * x + b * y + c * z for x, y, z in zip(u_way, v_way, way)),
+                        tuple(a * x + b * y + c * z for x, y, z in zip(u_direction, v_direction, direction)),
                         (0, 0, BALL),
                     )
                     for a, b, c in run
@@ -283,14 +283,14 @@ def main():
     with open(sys.argv[1], "w", encoding="utf-8") as file:
         file.write(HEAD)
         out = Writer(file)
-        out.said["mode"] = '"off"'
+        out.written["mode"] = '"off"'
         for side in sides():
             carve(out, side, ROUGH, LAYER, None)
         for side in sides():
             carve(out, side, FINE, None, None)
         small = 'tool = { shape = "ball", radius = 1.3 }'
         file.write("\n[[move]]\nto = [%.2f, %.2f, 60]\nspeed = 400\nmode = \"off\"\n%s\n" % (*MIDDLE, small))
-        out.said = {"speed": 400, "mode": '"off"'}
+        out.written = {"speed": 400, "mode": '"off"'}
         add_bill(out)
         add_eyes(out)
         add_wings(out)

@@ -4,8 +4,8 @@
 
 The fish is a height field over the block's base. A finger z = ks r^2 that must not cut below it may go down to
     tip(p) = max over q of height(q) - ks |q - p|^2,
-which splits into one pass along x and one along y. Blunt fingers follow that surface in parallel strokes, sharper
-ones follow the fish's outline on the ground, and the details are single strokes a little below the surface.
+which splits into one pass along x and one along y. Blunt fingers follow that surface in parallel strokes. Sharper
+ones follow the fish's outline on the ground. The details are single strokes a little below the surface.
 """
 
 import math
@@ -268,7 +268,7 @@ def contours(field, level):
 
 
 def smooth(line, times):
-    """The closed line with every point moved to the mean of itself and its neighbours, so many times."""
+    """The closed line with every point moved to the mean of itself and its neighbours, `times` times."""
     line = line[:-1]
     for _ in range(times):
         line = [tuple((a[k] + 2 * b[k] + c[k]) / 4 for k in (0, 1))

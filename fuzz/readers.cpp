@@ -8,6 +8,7 @@
 #include <fstream>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include <unistd.h>
 #include <zstd.h>
@@ -15,11 +16,15 @@
 #include <kibori/scene/scene.h>
 #include <kibori/document/codec.h>
 #include <kibori/document/document.h>
-#include <kibori/formats/mesh_file.h>
+#include <kibori/formats/glb.h>
 #include <kibori/formats/nrrd.h>
+#include <kibori/formats/obj.h>
+#include <kibori/formats/off.h>
 #include <kibori/formats/ply.h>
 #include <kibori/formats/png_file.h>
+#include <kibori/formats/stl.h>
 #include <kibori/formats/threemf.h>
+#include <kibori/mill/program.h>
 #include <kibori/motion/direct_tool.h>
 #include <kibori/surface/surface.h>
 
@@ -67,6 +72,22 @@ void one_sentence(const Result<T>& result) {
   }
 }
 
+// All moves of a program, one line at a time.
+[[maybe_unused]] void program(const std::string_view text) {
+  const auto reader = Program::of_text("a.nc", text);
+  std::vector<CanonMove> moves;
+  while (true) {
+    moves.clear();
+    const Result<bool> more = reader->next(moves);
+    one_sentence(more);
+    if (!more || !more.value()) break;
+    for (const CanonMove& move : moves)
+      if (const auto* rapid = std::get_if<RapidMove>(&move.action);
+          rapid && !rapid->to.xyz_mm.allFinite())
+        std::abort();
+  }
+}
+
 // A tile that was read is carved, and has a surface.
 [[maybe_unused]] void tile(const Bytes& packed) {
   Lattice lattice;
@@ -111,8 +132,15 @@ void one_sentence(const Result<T>& result) {
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const std::span<const char> bytes(reinterpret_cast<const char*>(data), size);
+  [[maybe_unused]] const std::string_view text(bytes.data(), bytes.size());
 #if defined(KIBORI_FUZZ_STL)
-  sound(parse_stl(bytes.data(), bytes.size(), "a.stl"));
+  sound(parse_stl(text, "a.stl"));
+#elif defined(KIBORI_FUZZ_OBJ)
+  sound(parse_obj(text, "a.obj"));
+#elif defined(KIBORI_FUZZ_OFF)
+  sound(parse_off(text, "a.off"));
+#elif defined(KIBORI_FUZZ_GLB)
+  sound(parse_glb(text, "a.glb"));
 #elif defined(KIBORI_FUZZ_PLY)
   sound(parse_ply(bytes, "a.ply"));
 #elif defined(KIBORI_FUZZ_3MF)
@@ -120,9 +148,12 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
 #elif defined(KIBORI_FUZZ_PNG)
   one_sentence(parse_png_grey(bytes, "a.png"));
 #elif defined(KIBORI_FUZZ_NRRD)
-  one_sentence(parse_nrrd(bytes, "a.nrrd"));
+  one_sentence(nrrd_data_file(bytes, "a.nrrd"));
+  one_sentence(parse_nrrd(bytes, bytes, "a.nrrd"));
 #elif defined(KIBORI_FUZZ_SCENE)
   one_sentence(parse_scene({bytes.data(), bytes.size()}, "a.toml", "."));
+#elif defined(KIBORI_FUZZ_GCODE)
+  program(text);
 #elif defined(KIBORI_FUZZ_DOCUMENT)
   document(bytes);
 #elif defined(KIBORI_FUZZ_CELL)

@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: MIT
-// Start here: the stable headers. They keep source compatibility within a minor version (0.2.x);
-// CHANGELOG.md lists what changes in them. Other installed headers may change in any release. Link
-// kibori::kibori, and kibori::kibori_tools for scenes, files and pictures (find_package(kibori
-// COMPONENTS tools)). docs/architecture.md is a map of all of it.
+// Start here: this header includes the stable headers. They keep source compatibility within a
+// minor version (0.2.x); CHANGELOG.md lists their changes. Other installed headers may change in
+// any release. Link kibori::kibori, and also kibori::kibori_tools for scenes, files and pictures
+// (find_package(kibori COMPONENTS tools)). docs/architecture.md is a map of the library.
 //
-//   A model, carved tick by tick:   make_lattice, TriDexel, DirectTool::advance, Snapshot, Surface
-//   Smoothed, inflated, flattened:  Reshaper::dab
-//   Shaped by splines:              apply_spline, spline_forces
-//   By hand, felt:                  SpringTool, Device, LiveCarving, ServoContext, DocumentWriter
-//   Kept, undone, replayed:         Document
-//   Scenes, files, pictures:        read_scene, carve, replay_document, into_dexels, write_model,
-//                                   draw_picture
+//   Carve a model tick by tick:    make_lattice, TriDexel, DirectTool::advance, Snapshot, Surface
+//   Smooth, inflate, flatten:      Reshaper::dab
+//   Shape by splines:              apply_spline, spline_forces
+//   Carve by hand, with forces:    SpringTool, Device, LiveCarving, ServoContext, DocumentWriter
+//   Store, undo, replay:           Document
+//   Scenes, files, pictures:       read_scene, carve, replay_document, into_dexels, write_model,
+//                                  draw_picture
 //
-// Lengths are mm, angles rad, forces N, moments N mm. What can fail gives a Result or Status with
-// one sentence for the user. Unless a header says otherwise, an object belongs to one thread at a
-// time; a Snapshot may be read by any.
+// Lengths are mm, angles rad, forces N, moments N mm. Functions that can fail return a Result or
+// Status with one sentence for the user. Unless a header says otherwise, an object belongs to one
+// thread at a time. Any thread may read a Snapshot.
 #pragma once
 
 #include <kibori/base/result.h>
@@ -50,7 +50,7 @@
 #include <kibori/surface/simplify.h>
 #include <kibori/surface/surface.h>
 
-// kibori::kibori_tools, where it is installed.
+// kibori::kibori_tools, if it is installed.
 #if __has_include(<kibori/scene/scene.h>)
 #include <kibori/measure/distance.h>
 #include <kibori/picture/picture.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// All chunks of a document's surface at its head, extracted anew, as the studio would send them.
-// Usage: kibori_chunks FILE.kibori > CHUNKS
+// Extracts all surface chunks of a document's current state, as the studio would send them. Usage:
+// kibori_chunks FILE.kibori > CHUNKS
 #include <cstdio>
 
 #include <kibori/run/documents.h>

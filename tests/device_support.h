@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the tests of device drivers share.
+// Shared by the tests of device drivers.
 #pragma once
 
 #include <atomic>
@@ -20,7 +20,7 @@
 
 namespace kibori::test {
 
-// Reads until it says ok, or for two seconds.
+// Reads until the status is ok, or for two seconds.
 template <class D>
 DeviceStatus read_fresh(D& device, DeviceReading& reading) {
   DeviceStatus status = DeviceStatus::stale;
@@ -31,7 +31,7 @@ DeviceStatus read_fresh(D& device, DeviceReading& reading) {
   return status;
 }
 
-// A listening socket on a port of its own.
+// A listening socket on a free port.
 struct Listener {
   int socket = ::socket(AF_INET, SOCK_STREAM, 0);
   uint16_t port = 0;
@@ -49,7 +49,7 @@ struct Listener {
   ~Listener() { close(socket); }
 };
 
-// A server that sends what it is told and keeps what it gets.
+// A server that sends given bytes and keeps what it receives.
 class TcpServer {
  public:
   explicit TcpServer(std::string greeting) {

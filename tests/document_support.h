@@ -40,8 +40,8 @@ inline std::unique_ptr<Document> opened(const std::filesystem::path& path,
   return open.ok() ? std::move(open).value() : nullptr;
 }
 
-// Where the tool is after it [mm].
-inline const Vec3& tip_of(const StrokeTick& tick) {
+// Position of the tool after the tick [mm].
+inline const Vec3& tip_of(const RecordedTick& tick) {
   if (const auto* const move = std::get_if<MoveTick>(&tick.what)) return move->tip;
   if (const auto* const put = std::get_if<PutTick>(&tick.what)) return put->pose.tip;
   return std::get<EndTick>(tick.what).tip;
@@ -73,17 +73,17 @@ inline StrokeSettings some_settings(Random& random) {
   return s;
 }
 
-// A stroke of some ticks through the body that is worked on, told to the document as it is carved.
+// Carves a stroke of some ticks through the active body, and reports it to the document.
 inline void carve(Document& document, TriDexel& model, Random& random, int ticks,
                   bool finish = true, Crumbs crumbs = Crumbs::stay) {
   StrokeSettings s = some_settings(random);
   s.body = document.active();
-  // Of a document that only this test carves, none need be loaded.
-  const Bodies bodies = document.worked_on() ? *document.worked_on() : Bodies::of(model);
-  const bool beside = std::any_of(bodies.all.begin(), bodies.all.end(), [&](const Body& body) {
-    return body.no_go && body.id != s.body;
-  });
-  if (beside && reshapes(s.mode)) {
+  // If only this test carves the document, nothing needs to be loaded.
+  const BodyList bodies = document.worked_on() ? *document.worked_on() : BodyList::of(model);
+  const bool others_protected =
+      std::any_of(bodies.all.begin(), bodies.all.end(),
+                  [&](const Body& body) { return body.no_go && body.id != s.body; });
+  if (others_protected && reshapes(s.mode)) {
     ASSERT_FALSE(document.begin(s, {}, "by chance").ok());
     s.mode = Mode::cut;
   }
@@ -98,11 +98,11 @@ inline void carve(Document& document, TriDexel& model, Random& random, int ticks
   stroke.set_no_go(no_go.value().get());
   ReshapeStroke reshape(model);
   bool begun = false;
-  const Vec3 way = random.direction();
+  const Vec3 direction = random.direction();
   double removed = 0;
   for (int i = 0; i < ticks; i++) {
     MoveTick tick;
-    tick.tip = stroke.pose().tip + way * random.uniform(0, 0.6);
+    tick.tip = stroke.pose().tip + direction * random.uniform(0, 0.6);
     if (i % 5 == 0) tick.turn = 0.02 * random.direction();
     tick.edits = random.integer(0, 9) != 0;
     if (reshapes(s.mode) && tick.edits && !std::exchange(begun, true)) {
@@ -132,7 +132,7 @@ inline void carve(Document& document, TriDexel& model, Random& random, int ticks
   }
 }
 
-// A long way through the air, after which tiles are kept.
+// A long path through the air, after which tiles are stored.
 inline void wander(Document& document, const TriDexel& model) {
   ASSERT_TRUE(document.begin({}, {}).ok());
   for (int t = 0; t < 41000; t++) document.add({});

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// What the tests know of every tool shape: how to make a tool that passes check_tool, and which
-// points it holds, from its definition alone (the oracle of sweeps). A shape that is missing here
-// does not compile.
+// Knowledge of the tests about every tool shape: how to make a tool that passes check_tool, and
+// which points it contains. The latter follows from its definition alone (the oracle of sweeps). A
+// missing shape does
+// not compile.
 #pragma once
 
 #include <algorithm>
@@ -128,13 +129,13 @@ TaperedBall make(Of<TaperedBall>, const ToolSize& size, auto&& draw) {
   const double ball = std::min(1.0, draw(0.2, 1.0 / 3, 1.2)) * size.radius;
   return {ball, draw(3, 40, 140), size.radius, std::max(size.length, 2.1 * ball)};
 }
-// A cone rounded at its tip: the distance from the ball's centre, along the normal of the cone's
-// side where that is nearest, else along the line to the centre.
+// A cone with a rounded tip. Where the cone's side is nearest: the distance from the ball's centre
+// along the normal of the side. Elsewhere: along the line to the centre.
 inline double inside(const TaperedBall& t, const Vec3& p) {
   const double half = radians(t.angle_deg) / 2, r = from_axis(p), z = p.z() - t.ball;
-  const bool beside = z * std::cos(half) > -r * std::sin(half);
+  const bool near_side = z * std::cos(half) > -r * std::sin(half);
   const double side =
-      beside ? t.ball + z * std::sin(half) - r * std::cos(half) : t.ball - std::hypot(r, z);
+      near_side ? t.ball + z * std::sin(half) - r * std::cos(half) : t.ball - std::hypot(r, z);
   return std::min({side, t.radius - r, t.length - p.z()});
 }
 
@@ -151,7 +152,7 @@ Gouge make(Of<Gouge>, const ToolSize& size, auto&& draw) {
 inline double inside(const Gouge& t, const Vec3& p) {
   const GougeArc arc = gouge_arc(t);
   const double y = p.y() / arc.across, z = 1 - p.z() / arc.upright;
-  // Of an ellipse, the value over its gradient; where it has none there is no face near.
+  // Of an ellipse, the value over its gradient. If the gradient is zero, no face is near.
   const double slope = std::hypot(y / arc.across, z / arc.upright);
   const double below = p.z() >= arc.depth ? 1e30
                        : slope > 1e-6     ? (1 - y * y - z * z) / (2 * slope)
@@ -253,7 +254,7 @@ Tool random_tool(size_t shape, auto& random, const ToolSizes& sizes) {
 
 inline const size_t kMeshShape = Tool(MeshTool()).index();
 
-// Whether numbers describe all of the shape: not so for meshes and the half-space.
+// True if numbers describe the whole shape: not for meshes and the half-space.
 inline bool has_numbers(size_t shape) {
   bool has = false;
   for_tool_numbers(*default_tool(kToolShapes[shape]),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A stand-in for Force Dimension's library, by its documented interface.
+// A fake of Force Dimension's library with its documented interface.
 #include "tests/fake_dhd.h"
 
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the stand-in for Force Dimension's library does next, and what it was told.
+// State of the fake of Force Dimension's library: its next results, and its received values.
 #pragma once
 
 struct FakeDhd {

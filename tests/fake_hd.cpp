@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A stand-in for OpenHaptics' libHD, by its documented interface: a scheduler thread at about 1
-// kHz.
+// A fake of OpenHaptics' libHD with its documented interface: a scheduler thread at about 1 kHz.
 #include "tests/fake_hd.h"
 
 #include <chrono>
@@ -17,7 +16,7 @@ struct Error {
   int internal;
   unsigned device;
 };
-thread_local unsigned raised = 0;  // as the real one: a stack of errors a thread
+thread_local unsigned raised = 0;  // as in the real library: one stack of errors per thread
 }  // namespace
 
 extern "C" {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the stand-in for OpenHaptics' library does next, and what it was told.
+// State of the fake of OpenHaptics' library: its next results, and its received values.
 #pragma once
 
 #include <atomic>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Stands before a program's calls that make files last (LD_PRELOAD), and writes them down: what was
-// synced, how large it then was, and what was given a name. KIBORI_FILES_LOG: where to.
-// KIBORI_FAIL_FSYNC: which fsync fails.
+// Intercepts a program's calls that write files durably (LD_PRELOAD) and logs them: which file was
+// synced, its size then, and which file was renamed. KIBORI_FILES_LOG: path of the log.
+// KIBORI_FAIL_FSYNC: number of the fsync that fails.
 #include <atomic>
 #include <cerrno>
 #include <climits>

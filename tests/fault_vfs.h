@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A SQLite file system that fails where it is told to, and remembers every write and sync so that a
-// loss of power can be played: over the machine's own, for tests.
+// A SQLite file system, on top of the machine's own, that fails on request. It records every write
+// and sync, so that tests can simulate a loss of power.
 #pragma once
 
 #include <atomic>
@@ -26,8 +26,8 @@ class FaultVfs {
     std::vector<char> data;
   };
 
-  // Operations that change a file are counted from 1. The first to fail (0: none), whether those
-  // after it fail too, and how.
+  // Operations that change a file are counted from 1. The first one to fail (0: none), whether
+  // later ones also fail, and the error.
   std::atomic<int64_t> fail_at = 0;
   std::atomic<bool> fail_on = false;
   std::atomic<int> error = SQLITE_IOERR_WRITE;
@@ -148,7 +148,7 @@ class FaultVfs {
     if (log) ops.push_back(std::move(op));
   }
 
-  std::mutex mutex_;  // the keeper of a log writes, too
+  std::mutex mutex_;  // the thread that keeps a log also writes
   sqlite3_vfs* real_ = nullptr;
   sqlite3_vfs vfs_{};
   sqlite3_io_methods methods_{};

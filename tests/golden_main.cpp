@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Prints "TARGET THREADS HASH" for every vector unit of this machine and the numbers of threads
-// given.
+// Prints "TARGET THREADS GEOMETRY-SUMS", two hashes, for every vector unit of this machine and the
+// given numbers of threads.
 #include <cstdio>
 #include <cstdlib>
 
@@ -14,8 +14,10 @@ int main(int argc, char** argv) {
     hwy::SetSupportedTargetsForTest(target);
     for (int i = 1; i < argc; i++) {
       const int threads = std::atoi(argv[i]);
-      std::printf("%s %d %016llx\n", hwy::TargetName(target), threads,
-                  static_cast<unsigned long long>(kibori::test::golden_session(threads)));
+      const kibori::test::GoldenHashes hashes = kibori::test::golden_session(threads);
+      std::printf("%s %d %016llx-%016llx\n", hwy::TargetName(target), threads,
+                  static_cast<unsigned long long>(hashes.geometry),
+                  static_cast<unsigned long long>(hashes.sums));
       std::fflush(stdout);
     }
     hwy::SetSupportedTargetsForTest(0);

@@ -35,7 +35,7 @@ struct Rig {
   std::unique_ptr<LiveCarving> live;
 };
 
-// A virtual device over the block, or `model` as it was left: its centre 5 mm above the middle of
+// A virtual device over the block, or over `model`. The device's centre is 5 mm above the middle of
 // the top.
 inline Rig rig(const VirtualDeviceSettings& device, LiveSettings settings,
                VirtualDevice::Script script, std::unique_ptr<TriDexel> model = nullptr) {

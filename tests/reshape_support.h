@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Small models at a pitch of 1 mm, and what tests of reshaping ask of them.
+// Small models at a pitch of 1 mm, and measurements for tests of reshaping.
 #pragma once
 
 #include <vector>
@@ -24,12 +24,12 @@ inline void add(TriDexel& model, const Solid& solid, uint8_t material = 0) {
   deposit(model, solid, material, {}, added);
 }
 
-// A tool that stands still.
+// A tool that does not move.
 inline SweptTool tool_at(const Tool& tool, const Pose& pose, const Lattice& lattice) {
   return SweptTool(tool, pose, Vec3::Zero(), lattice);
 }
 
-// Calls f(place, normal) for all ends of all fields that lie inside the lattice.
+// Calls f(place, normal) for all ends of all fields that are inside the lattice.
 template <class F>
 void for_ends(const TriDexel& model, F&& f) {
   NodeBand band;
@@ -40,11 +40,12 @@ void for_ends(const TriDexel& model, F&& f) {
       f(Vec3(end.place.cast<double>()), Vec3(end.normal.cast<double>()));
 }
 
-// Nodes that one field holds to be inside and another outside, both by more than rounding.
+// Number of nodes that are inside in one field and outside in another, both by more than rounding.
 inline int disagreeing(const TriDexel& model) {
   constexpr float kRounding = 1e-4f;
   const Index3 n = model.lattice().nodes;
-  std::vector<uint8_t> surely(static_cast<size_t>(n.prod()), 0), maybe(surely);  // a bit a field
+  // one bit per field
+  std::vector<uint8_t> surely(static_cast<size_t>(n.prod()), 0), maybe(surely);
   for (const Axis axis : kAxes) {
     const auto bit = static_cast<uint8_t>(1 << static_cast<int>(axis));
     const FieldSnapshot& field = model.field(axis).view();

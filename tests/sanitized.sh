@@ -18,7 +18,7 @@ case "$1" in
   tsan)
     export TSAN_OPTIONS=ignore_noninstrumented_modules=1:halt_on_error=0
     status=0
-    build/tsan/bin/kibori_tests --gtest_brief=1 --gtest_filter='Snapshots.*:BlockPool.*:Scene.SummaryAddsUp:Scan.SoupsAgree*:Golden.*:Surface.LiveSurface*:Surface.RandomCarves*:Layers.*:Live.ASecond*:Parallel.AllIsDone*:DocumentWriter.*:Reshape.RandomMixtures*:Warp.IsTheSame*:Studio.*:Document.Destinations*:Haply.*:Vrpn.*:OpenHaptics.*:Publish.*:-DocumentWriter.Killed*' || status=1
+    build/tsan/bin/kibori_tests --gtest_brief=1 --gtest_filter='Snapshots.*:BlockPool.*:Scene.SummaryAddsUp:Scan.SoupsAgree*:Golden.*:Surface.LiveSurface*:Surface.RandomCarves*:Layers.*:Live.ASecond*:Parallel.AllIsDone*:DocumentWriter.*:PoseMerger.*:BrushPath.*:Reshape.RandomMixtures*:Warp.IsTheSame*:Studio.*:Document.Destinations*:Haply.*:Vrpn.*:OpenHaptics.*:Publish.*:-DocumentWriter.Killed*' || status=1
     # Threads of Python beside a servo in a script; documents are verified by the plain program. Python itself is not
     # instrumented, so it has to find the runtime. CI has no time to build the module once more.
     [ -n "${CI:-}" ] || LD_PRELOAD=$(gcc -print-file-name=libtsan.so) PYTHONPATH=build/tsan/python \

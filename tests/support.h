@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Shared by the tests: seeded randomness (the seed is printed with every failure), how often to
-// try, and folders.
+// Shared by the tests: seeded randomness (the seed is printed with every failure), numbers of
+// rounds, and folders.
 #pragma once
 
 #include <cstdlib>
@@ -47,13 +47,13 @@ class Random {
   unsigned seed_;
 };
 
-// How often, unless the environment says: a campaign asks for more, a sanitiser for less.
+// Number of rounds, unless the environment sets it: a campaign runs more, a sanitiser fewer.
 inline int rounds_of(const char* name, int otherwise) {
-  if (const char* said = std::getenv(name)) return std::atoi(said);
+  if (const char* value = std::getenv(name)) return std::atoi(value);
   return std::getenv("KIBORI_SHORT") ? otherwise / 5 : otherwise;
 }
 
-// A folder of a test's own; gone with it.
+// A temporary folder; removed at the end.
 struct Folder {
   Folder() {
     char name[] = "/tmp/kibori-test-XXXXXX";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The oracle of surfaces: the promise of surface.h, checked on nothing but vertices and triangles.
+// The oracle of surfaces: checks the guarantees of surface.h using only vertices and triangles.
 #pragma once
 
 #include <algorithm>
@@ -13,8 +13,8 @@
 
 namespace kibori::test {
 
-// Empty if the promise holds, else what is wrong. Counts the surface's closed components and twice
-// their handles.
+// Returns an empty string if the guarantees hold, otherwise what is wrong. Counts the surface's
+// closed components and twice their handles.
 inline std::string broken(const Surface& surface, int* components = nullptr,
                           int* handles2 = nullptr) {
   const auto& vertices = surface.vertices;

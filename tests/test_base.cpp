@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The ground floor: percentages, trigonometry against the C library, normal codes, the block pool
-// under two threads.
+// Base library: percentages, trigonometry against the C library, normal codes, the block pool with
+// two threads.
 #include <cmath>
 #include <cstring>
 #include <set>
@@ -8,6 +8,9 @@
 
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
+#include <kibori/base/result.h>
 #include <kibori/base/percent.h>
 #include <kibori/base/trig.h>
 #include <kibori/dexel/normal_code.h>
@@ -94,9 +97,9 @@ TEST(BlockPool, CountsWhatIsInUse) {
   EXPECT_EQ(pool.bytes_in_use(), 0u);
 }
 
-// A second writer fills blocks, and the owner's side lets go of them: so the same blocks must come
-// round again, and the owner keeps its share.
-TEST(BlockPool, ASecondWriterTakesWhatWasLetGoOf) {
+// A second writer fills blocks and the owner's side releases them. The same blocks must be reused,
+// and the owner must keep its share.
+TEST(BlockPool, ASecondWriterReusesReleasedBlocks) {
   BlockPool pool(64);
   std::set<void*> seen;
   size_t rounds = 0;
@@ -139,6 +142,27 @@ TEST(BlockPool, GivesDistinctAlignedBlocksAndTakesThemBackFromAnyThread) {
     }
     other.join();
   }
+}
+
+// A message quotes a name from a file, but not all of a long one, and no control characters. Its
+// end says what to do, and stays. No UTF-8 character is cut.
+TEST(Messages, ShortenLongNames) {
+  EXPECT_EQ(sanitize_message("oak\n\x7f"), "oak  ");
+  EXPECT_EQ(sanitize_message(std::string(300, 'a')), std::string(300, 'a'));
+  for (int shift = 0; shift < 4; shift++) {
+    std::string name(static_cast<size_t>(shift), 'x');
+    while (name.size() < 100000) name += "é€";
+    const std::string quoted = sanitize_message(name + "end");
+    EXPECT_LT(quoted.size(), 310u);
+    EXPECT_TRUE(quoted.ends_with("end"));
+    EXPECT_EQ(nlohmann::json(quoted)
+                  .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)
+                  .find("\xef\xbf\xbd"),
+              std::string::npos);
+  }
+  const Error error(std::string(1 << 20, 'b') + "; use a shorter name");
+  EXPECT_LT(error.message.size(), 4010u);
+  EXPECT_TRUE(error.message.ends_with("; use a shorter name"));
 }
 
 }  // namespace

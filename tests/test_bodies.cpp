@@ -108,8 +108,7 @@ Tool any_tool(Random& random, double size) {
   }
 }
 
-// A few solids put down and cut away anywhere.
-// A gap without end, at most a third of the model wide: so tiles are of several whole planes.
+// Cuts an infinite slit, at most a third of the model wide. So some tiles have several full planes.
 void slit(TriDexel& model, Random& random) {
   const Lattice& lattice = model.lattice();
   const double wide = random.uniform(0.5, 0.3 * lattice.nodes.minCoeff());
@@ -123,11 +122,11 @@ void slit(TriDexel& model, Random& random) {
       removed);
 }
 
-// Every other time from a block with slits.
+// Deposits and cuts random solids. Half of the time it starts from a block with slits.
 void shape(TriDexel& model, Random& random, int edits, bool only_cut = false) {
   const Lattice& lattice = model.lattice();
   if (!only_cut && random.integer(0, 1)) {
-    // As often as not its sides run through tiles.
+    // Half of the time its sides run through tiles.
     const Vec3 end = lattice.nodes.matrix().cast<double>(),
                inset = random.integer(0, 1) * 0.3 * random.in_box(0, 1).cwiseProduct(end);
     model.fill_block({lattice.to_mm(LatticePoint{inset}), lattice.to_mm(LatticePoint{end - inset})},
@@ -186,7 +185,7 @@ TEST(DexelSolid, JoinsSubtractsAndIntersectsAsBitmapsDo) {
       EXPECT_EQ(wrong, 0) << round << " " << operation;
       expect_sound(a.snapshot(), a.material_bounds());
       volumes[operation] = a.volume_mm3();
-      EXPECT_NEAR(removed.mean_volume() * cell, std::abs(was.volume_mm3() - volumes[operation]),
+      EXPECT_NEAR(removed.volume() * cell, std::abs(was.volume_mm3() - volumes[operation]),
                   1e-6 * (was.volume_mm3() + b.volume_mm3()) + 1e-9);
     }
     EXPECT_NEAR(volumes[0] + volumes[2], was.volume_mm3() + b.volume_mm3(),
@@ -218,9 +217,9 @@ TEST(Part, IsACutAndAnIntersection) {
     EXPECT_EQ(model.content_hash(), left.content_hash()) << round;
     EXPECT_EQ(off.content_hash(), within.content_hash()) << round;
     EXPECT_EQ(from_model.points(), of_left.points());
-    EXPECT_EQ(from_model.mean_volume(), of_left.mean_volume());
+    EXPECT_EQ(from_model.volume(), of_left.volume());
     EXPECT_EQ(from_off.points(), of_within.points());
-    EXPECT_EQ(from_off.mean_volume(), of_within.mean_volume());
+    EXPECT_EQ(from_off.volume(), of_within.volume());
   }
 }
 
@@ -236,7 +235,7 @@ TEST(Pieces, AreThoseOfAFloodFill) {
     const std::vector<int> label = bits.flood(&count);
     const Pieces pieces = find_pieces(state);
     ASSERT_EQ(pieces.all().size(), static_cast<size_t>(count)) << round;
-    std::map<int, int> same;  // theirs to ours
+    std::map<int, int> same;  // maps the oracle's pieces to the pieces under test
     std::vector<int64_t> nodes(static_cast<size_t>(count), 0);
     int wrong = 0;
     bits.for_nodes([&](const Index3& at) {
@@ -247,7 +246,7 @@ TEST(Pieces, AreThoseOfAFloodFill) {
     });
     EXPECT_EQ(wrong, 0);
     for (size_t i = 0; i < nodes.size(); i++) EXPECT_EQ(pieces.all()[i].nodes, nodes[i]);
-    // What goes where is what the bitmap has of it.
+    // Each portion equals the bitmap's part.
     if (count < 2) continue;
     std::vector<int> to(static_cast<size_t>(count));
     for (int& portion : to) portion = random.integer(kGone, 2);
@@ -278,7 +277,7 @@ TEST(Pieces, AreThoseOfAFloodFill) {
   }
 }
 
-TEST(Pieces, WhatAnEditSeveredIsWhatFloodsSay) {
+TEST(Pieces, SeveredPiecesMatchAFloodFill) {
   Random random;
   SCOPED_TRACE(random.note());
   int found = 0;
@@ -313,7 +312,7 @@ TEST(Pieces, WhatAnEditSeveredIsWhatFloodsSay) {
     EXPECT_EQ(sizes, expected) << round;
     found += !expected.empty();
   }
-  EXPECT_GT(found, 0);  // a few in a hundred rounds; sanitisers run few
+  EXPECT_GT(found, 0);  // a few in a hundred rounds; sanitised runs have few rounds
 }
 
 Cutter any_cutter(Random& random, const Lattice& lattice) {
@@ -400,7 +399,7 @@ TEST(Cutter, AreasAndVolumesAreThoseOfClosedForms) {
   EXPECT_NEAR(dowel.portions[0].model.volume_mm3(), area * 20, 2e-3 * area * 20);
   EXPECT_NEAR(dowel.area_mm2, 2 * M_PI * 9 * 20, 0.01 * 1131);
 
-  // The smooth curve through sixteen places of the same circle.
+  // The smooth curve through sixteen points of the same circle.
   TriDexel smooth = block({40, 30, 20}, 0.5);
   CutCurve through = round;
   through.smooth = true;
@@ -412,7 +411,7 @@ TEST(Cutter, AreasAndVolumesAreThoseOfClosedForms) {
   ASSERT_EQ(disc.portions.size(), 1u);
   EXPECT_NEAR(disc.portions[0].model.volume_mm3(), M_PI * 81 * 20, 2e-3 * M_PI * 81 * 20);
 
-  // An open curve: the portion lies to its left as `along` points at the viewer.
+  // An open curve: the portion is on its left if `along` points at the viewer.
   TriDexel stepped = block({40, 30, 20}, 0.5);
   CutCurve step;
   step.curve_mm = {{-5, 10, 0}, {20, 10, 0}, {20, 20, 0}, {50, 20, 0}};
@@ -422,7 +421,7 @@ TEST(Cutter, AreasAndVolumesAreThoseOfClosedForms) {
   EXPECT_NEAR(left.area_mm2, 50 * 20, 10);
 }
 
-TEST(Cutter, AWireLosesItsKerfAndPartsWhatItGoesThrough) {
+TEST(Cutter, AWireRemovesItsKerfAndSplitsTheBody) {
   for (const double kerf : {0.5, 1.0, 2.5}) {
     TriDexel model = block({40, 30, 20}, 0.5);
     const CutOff off = cut_off(model, {CutPlane{{15.1, 0, 0}, Vec3::UnitX()}, kerf});
@@ -433,7 +432,7 @@ TEST(Cutter, AWireLosesItsKerfAndPartsWhatItGoesThrough) {
     EXPECT_NEAR(off.portions[0].model.volume_mm3(), (15.1 - kerf / 2) * 600, 0.12 * 600);
     EXPECT_NEAR(model.volume_mm3(), (24.9 - kerf / 2) * 600, 0.12 * 600);
   }
-  // A wire drawn half way in parts nothing.
+  // A wire that is drawn half way in separates nothing.
   TriDexel model = block({40, 30, 20}, 0.5);
   const CutOff off = cut_off(model, {CutCurve{{{20, -5, 0}, {20, 15, 0}}}, 1});
   EXPECT_TRUE(off.portions.empty());
@@ -453,12 +452,12 @@ TEST(Cutter, WhatCannotBeACutterIsRefused) {
     return check_cutter({CutCurve{places}}).ok();
   };
   EXPECT_FALSE(curve({}));
-  EXPECT_FALSE(curve({{0, 0, 0}, {0, 0, 5}}));  // one place, seen along z
+  EXPECT_FALSE(curve({{0, 0, 0}, {0, 0, 5}}));  // a single point if seen along z
   EXPECT_FALSE(curve({{0, 0, 0}, {10, 0, 0}, {10, 5, 0}, {5, -5, 0}}));
   EXPECT_TRUE(curve({{0, 0, 0}, {10, 0, 0}, {0, 1, 0}, {10, 9, 0}}));
 }
 
-TEST(Placing, TurnsMovesAndMirrorsAsItIsTold) {
+TEST(Placing, TurnsMovesAndMirrorsAsRequested) {
   Random random;
   SCOPED_TRACE(random.note());
   for (int round = 0; round < test::rounds_of("KIBORI_BODY_ROUNDS", 10); round++) {
@@ -467,7 +466,7 @@ TEST(Placing, TurnsMovesAndMirrorsAsItIsTold) {
     cut(model, test::tool_at(BallTool{5}, {{20, 16, 8}, Mat3::Identity()}, model.lattice()), {},
         removed);
     const double volume = model.volume_mm3();
-    // Within the lattice: a small turn about the middle, then shrunk room is enough not to leave.
+    // The turn about the middle is small, so that the model stays inside the lattice.
     const Vec3 middle(10, 8, 6);
     const bool mirrored = random.integer(0, 1);
     Mat3 turn =
@@ -478,7 +477,7 @@ TEST(Placing, TurnsMovesAndMirrorsAsItIsTold) {
     ASSERT_TRUE(placed) << placed.error();
     EXPECT_NEAR(placed.value().model->volume_mm3(), volume, 5e-3 * volume);
     expect_sound(placed.value().model->snapshot(), placed.value().model->material_bounds());
-    // And back: what was moved twice is where it was, to a tenth of a cell.
+    // Back again: after both motions the model is the same, to a tenth of a cell.
     const Affine back{turn.inverse(), middle - turn.inverse() * middle};
     const Result<Placed> again = place_model(placed.value().model->snapshot(), back, 1);
     ASSERT_TRUE(again);
@@ -490,7 +489,7 @@ TEST(Placing, TurnsMovesAndMirrorsAsItIsTold) {
   }
 }
 
-TEST(Placing, MaterialsAndPaintGoWithIt) {
+TEST(Placing, MaterialsAndPaintMoveWithIt) {
   TriDexel model = block({20, 16, 12}, 0.5);
   Removed removed;
   deposit(model,
@@ -498,7 +497,7 @@ TEST(Placing, MaterialsAndPaintGoWithIt) {
           1, {}, removed);
   paint(model, test::tool_at(BallTool{2}, {{0, 8, 4}, Mat3::Identity()}, model.lattice()),
         0xff0000ffu, {}, removed);
-  // Half a turn about the vertical through the middle.
+  // Half a turn about the vertical axis through the middle.
   Mat3 turn = Mat3::Identity();
   turn(0, 0) = turn(1, 1) = -1;
   const Result<Placed> placed = place_model(model.snapshot(), {turn, Vec3(20, 16, 0)}, 1);
@@ -520,9 +519,9 @@ TEST(Placing, MaterialsAndPaintGoWithIt) {
   EXPECT_EQ(painted_elsewhere, 0);
 }
 
-Bodies one_block() {
+BodyList one_block() {
   const TriDexel model = block({40, 30, 20}, 0.5);
-  return Bodies::of(model);
+  return BodyList::of(model);
 }
 
 BodyAction plane_cut(const Vec3& point, const Vec3& normal) {
@@ -530,7 +529,7 @@ BodyAction plane_cut(const Vec3& point, const Vec3& normal) {
 }
 
 TEST(Bodies, WhatIsCutAndJoinedAgainIsWhatItWas) {
-  Bodies bodies = one_block();
+  BodyList bodies = one_block();
   const double volume = bodies.volume_mm3();
   ASSERT_TRUE(apply(bodies, plane_cut({13, 0, 0}, Vec3(1, 0.3, 0.1))));
   ASSERT_TRUE(apply(bodies, plane_cut({13, 10, 0}, Vec3(0, 1, -0.2))));
@@ -543,23 +542,23 @@ TEST(Bodies, WhatIsCutAndJoinedAgainIsWhatItWas) {
   EXPECT_EQ(bodies.content_hash(), one_block().content_hash());
 }
 
-TEST(Bodies, OneThatStandsElsewhereIsJoinedWhereItIsSeen) {
-  Bodies bodies = one_block();
+TEST(Bodies, AMovedBodyIsJoinedAtItsPose) {
+  BodyList bodies = one_block();
   ASSERT_TRUE(apply(bodies, plane_cut({20, 0, 0}, Vec3::UnitX())));
-  // The right half, turned by a quarter about the vertical, onto the left one's end: all of it
-  // within.
+  // The right half, turned by a quarter about the vertical axis, onto the end of the left one. It
+  // is completely inside.
   BodyMove move;
   move.pose.frame << 0, -1, 0, 1, 0, 0, 0, 0, 1;  // x -> y
   move.pose.tip = Vec3(45, -15, 0);               // x' = 45 - y, y' = x - 15
   ASSERT_TRUE(apply(bodies, {{2}, move}));
   ASSERT_TRUE(apply(bodies, {{1, 2}, BodyIntersect{}}));
-  // The half lies over 15 < x' < 45, 5 < y' < 25.
+  // The half covers 15 < x' < 45, 5 < y' < 25.
   EXPECT_NEAR(bodies.find(1)->model.volume_mm3(), 5 * 20 * 20, 20);
   expect_sound(bodies.find(1)->model, bodies.find(1)->material_bounds);
 }
 
 TEST(Bodies, WhatCannotBeDoneIsRefusedAndChangesNothing) {
-  Bodies bodies = one_block();
+  BodyList bodies = one_block();
   const uint64_t hash = bodies.content_hash();
   const auto refused = [&](const BodyAction& action) {
     const Result<BodyChange> done = apply(bodies, action);
@@ -584,7 +583,7 @@ TEST(Bodies, WhatCannotBeDoneIsRefusedAndChangesNothing) {
 }
 
 TEST(Bodies, CrumbsFallStayOrBecomeBodies) {
-  // A groove cuts a block into a tenth and the rest, and another into a half and the rest.
+  // One groove separates a sixteenth of the block, another two fifths of it.
   for (const auto& [x, share] : {std::pair{3.0, 0.0625}, {25.0, 0.4}}) {
     for (const Crumbs rule : {Crumbs::sort, Crumbs::stay, Crumbs::fall, Crumbs::body}) {
       TriDexel model = block({40, 30, 20}, 0.5);
@@ -609,8 +608,8 @@ TEST(Bodies, CrumbsFallStayOrBecomeBodies) {
   }
 }
 
-// A comb loses its spine: all its teeth but one are bodies, each where the comb stood.
-TEST(Bodies, ManyPiecesOfAStrokeStandWhereTheirBodyStood) {
+// A comb loses its spine. All its teeth except one become bodies, with the comb's pose.
+TEST(Bodies, ManyPiecesOfAStrokeKeepTheirBodysPose) {
   TriDexel model = block({40, 30, 20}, 0.5);
   const auto take = [&](const Vec3& size, const Vec3& tip) {
     Removed removed;
@@ -620,14 +619,14 @@ TEST(Bodies, ManyPiecesOfAStrokeStandWhereTheirBodyStood) {
   Workbench bench(model);
   const BodyMove move{{Vec3(5, 6, 7), frame_from_axis(Vec3(0, 0.6, 0.8), 0.3)}};
   ASSERT_TRUE(bench.act({{1}, move}));
-  const Pose stands = bench.bodies().all[0].pose;
+  const Pose old_pose = bench.bodies().all[0].pose;
   const Snapshot before = model.snapshot();
   take(Vec3(80, 10, 80), Vec3(20, 29, -20));
   EXPECT_EQ(bench.end_stroke(before, Crumbs::body).portions.size(), 4u);
   ASSERT_EQ(bench.bodies().all.size(), 5u);
   for (const Body& body : bench.bodies().all) {
-    EXPECT_EQ(body.pose.tip, stands.tip);
-    EXPECT_EQ(body.pose.frame, stands.frame);
+    EXPECT_EQ(body.pose.tip, old_pose.tip);
+    EXPECT_EQ(body.pose.frame, old_pose.frame);
   }
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Documents: what is kept is what was done; history against a naive model that keeps full copies.
+// Documents: stored data equals what was done. The history is compared with a naive model that
+// keeps full copies.
 #include <array>
 #include <bit>
 #include <fstream>
@@ -13,21 +14,31 @@
 #include <kibori/motion/direct_tool.h>
 
 #include "tests/document_support.h"
+#include "tests/plain_material.h"
 
 namespace kibori {
 namespace {
 
 using namespace test;
 
-TEST(Codec, SettingsOfEveryToolComeBack) {
+TEST(Codec, SettingsOfEveryToolRoundTrip) {
   Random random;
   for (size_t shape = 0; shape < kToolShapes.size(); shape++) {
     const Tool tool = random_tool(shape, random, {0.1, 9, 1, 30});
     StrokeSettings s;
     s.tool = tool;
     s.mode = Mode::touch;
-    s.materials = {Material{},
-                   {"oak \"a\"", 0.1, 1.0 / 7, 1e-5, 0.3, {1, 2, 255}, false, 0.2, 1.0 / 9, 0.7}};
+    Material oak = test::plain_material("oak \"a\"", 0.1, 1.0 / 7, 1e-5, 0.3);
+    oak.color = {1, 2, 255};
+    oak.gc = 0.2;
+    oak.u_along = 1.0 / 9;
+    oak.ring = 0.7;
+    Material ash = test::plain_material("ash", 0.1, 1.0 / 7);
+    ash.k = {30.0 / 7, 2, 1.0 / 3};
+    ash.m = 1.0 / 3;
+    ash.density_kg_m3 = 691.1;
+    ash.log = {1.0 / 3, Vec3(1.0 / 3, 2, 3), Vec3(-1, 0.1, 5)};
+    s.materials = {Material{}, oak, ash};
     s.material = 1;
     s.rate_hz = 2000;
     s.force.spring = {1.5, 20, 0.1, 1.0 / 2000};
@@ -102,11 +113,11 @@ std::array<uint64_t, 3> bits_of(const Vec3& v) {
           std::bit_cast<uint64_t>(v.z())};
 }
 
-TEST(Codec, TicksComeBackBitForBit) {
+TEST(Codec, TicksRoundTripBitForBit) {
   Random random;
   for (const size_t count : {0u, 1u, 2u, 50u, 3000u}) {
-    std::vector<StrokeTick> ticks(count);
-    for (StrokeTick& tick : ticks) {
+    std::vector<RecordedTick> ticks(count);
+    for (RecordedTick& tick : ticks) {
       MoveTick move;
       move.tip = random.in_box(-1e3, 1e3);
       move.stretch_mm = random.in_box(-1, 1) * std::pow(10, random.uniform(-300, 10));
@@ -123,7 +134,7 @@ TEST(Codec, TicksComeBackBitForBit) {
     ASSERT_TRUE(back.ok());
     ASSERT_EQ(back.value().size(), count);
     for (size_t i = 0; i < count; i++) {
-      const StrokeTick &was = ticks[i], &is = back.value()[i];
+      const RecordedTick &was = ticks[i], &is = back.value()[i];
       ASSERT_EQ(is.what.index(), was.what.index()) << random.note();
       EXPECT_EQ(is.second, was.second);
       EXPECT_EQ(bits_of(tip_of(is)), bits_of(tip_of(was)));
@@ -150,7 +161,7 @@ TEST(Document, UndoRedoAndBranchesAgainstFullCopies) {
   auto model = std::make_unique<TriDexel>(stock());
   auto document = created(folder / "a.kibori", *model);
   std::map<StepId, uint64_t> truth{{1, model->content_hash()}};
-  std::vector<StepId> undone;  // by us, in order
+  std::vector<StepId> undone;  // undone steps, in order
   std::map<StepId, StepId> parent;
   for (int i = 0; i < steps; i++) {
     enum Action { kStroke, kUndo, kRedo, kGo, kCancelledStroke };
@@ -183,14 +194,15 @@ TEST(Document, UndoRedoAndBranchesAgainstFullCopies) {
       ASSERT_TRUE(document->go(*model, to).ok());
       ASSERT_EQ(document->head(), to);
     } else {
-      // Halfway through a stroke, never mind.
+      // Cancels a stroke in the middle.
       carve(*document, *model, random, 5, false);
       ASSERT_TRUE(document->cancel().ok());
       ASSERT_TRUE(document->go(*model, document->head()).ok());
     }
     ASSERT_EQ(model->content_hash(), truth[document->head()]) << i << random.note();
     if (i % 100 == 99) {
-      // Closed and opened again, it is the same; and goes anywhere with nothing in memory.
+      // After closing and reopening, the document is the same. It can go to any step with nothing
+      // in memory.
       const StepId head = document->head();
       document.reset();
       document = opened(folder / "a.kibori");
@@ -207,9 +219,9 @@ TEST(Document, UndoRedoAndBranchesAgainstFullCopies) {
   EXPECT_EQ(wrongs(*document), std::vector<std::string>());
 }
 
-// Every step has its tiles once there was time to keep them, so that no way needs a stroke carved
-// again: here none could be, as their ticks are gone.
-TEST(Document, GoesAnywhereByTiles) {
+// Given enough time, every step gets tiles. Then no path needs a replayed stroke. Here a replay
+// would fail, because the ticks are deleted.
+TEST(Document, AnyStepIsReachedByTiles) {
   Random random;
   Folder folder;
   std::map<StepId, uint64_t> truth;
@@ -234,15 +246,15 @@ TEST(Document, GoesAnywhereByTiles) {
   for (int i = 0; i < 300; i++) {
     const StepId step = i < 100 ? std::max<StepId>(1, document->steps().at(document->head()).parent)
                                 : random.integer(1, static_cast<int>(truth.size()));
-    const Status went = document->go(live, step);
-    ASSERT_TRUE(went.ok()) << went.error();
+    const Status result = document->go(live, step);
+    ASSERT_TRUE(result.ok()) << result.error();
     ASSERT_EQ(live.content_hash(), truth[step]) << step << random.note();
   }
 }
 
-// A step that fills beyond all that was there, and a tall tool through it, both without tiles and
-// on another branch than the head: what is known of where material can be grows on the way.
-TEST(Document, FillsThatAreCarvedAgainBesideTheModel) {
+// A deposit beyond all earlier material, and a cut by a tall tool through it. Both have no tiles
+// and are on another branch than the head. The known bounds of the material must grow on the path.
+TEST(Document, FillsAreReplayedOnACopy) {
   Folder folder;
   const auto file = folder / "b.kibori";
   {
@@ -275,7 +287,7 @@ TEST(Document, FillsThatAreCarvedAgainBesideTheModel) {
                   .ok());
   database = Database();
   for (const bool elsewhere : {true, false}) {
-    auto document = opened(file);
+    auto document = opened(file, Document::Access::read);
     auto model = document->load();
     ASSERT_TRUE(model.ok()) << model.error();
     TriDexel& live = *model.value();
@@ -295,7 +307,8 @@ TEST(Document, FillsThatAreCarvedAgainBesideTheModel) {
   }
 }
 
-// Rows of tiles that belong to no step, to none that has tiles, or lie nowhere: passed by, or told.
+// Rows of tiles that belong to no step, to a step without tiles, or to no place: ignored or
+// reported.
 TEST(Document, TilesOfNoStep) {
   Random random;
   for (const char* const harm :
@@ -338,7 +351,7 @@ TEST(Document, TilesOfNoStep) {
   }
 }
 
-// For a model that only another thread may touch.
+// For a model that only another thread may change.
 TEST(Document, DestinationsForAModelElsewhere) {
   Random random;
   Folder folder;
@@ -363,7 +376,7 @@ TEST(Document, DestinationsForAModelElsewhere) {
   const auto go = [&](StepId step) {
     auto to = document->checkout(step);
     ASSERT_TRUE(to.ok()) << to.error();
-    // Made beside it, while it goes on.
+    // It is made in parallel, while the other continues.
     EXPECT_TRUE(to.value().state.of_same_model(live.snapshot()));
     live.restore(to.value().state);
     ASSERT_TRUE(document->commit_checkout(to.value()).ok());
@@ -373,7 +386,8 @@ TEST(Document, DestinationsForAModelElsewhere) {
        {StepId{206}, StepId{205}, StepId{5}, StepId{1}, StepId{190}, StepId{204}})
     go(step);
   for (int i = 0; i < 300; i++) go(random.integer(1, 206));
-  // A stroke after that, and back; one whose state is of another model is not mixed with these.
+  // A stroke after that, and back. A step whose state belongs to another model is not mixed with
+  // these.
   go(190);
   TriDexel other = stock();
   carve(*document, live, random, 3);
@@ -385,7 +399,7 @@ TEST(Document, DestinationsForAModelElsewhere) {
   EXPECT_FALSE(document->checkout(4711).ok());
 }
 
-TEST(Document, ForcesAreKeptWhereAskedForAndVerified) {
+TEST(Document, ForcesAreStoredOnRequestAndVerified) {
   Random random;
   Folder folder;
   TriDexel model = stock();
@@ -393,7 +407,7 @@ TEST(Document, ForcesAreKeptWhereAskedForAndVerified) {
   StrokeSettings s;
   s.tool = BallTool{3};
   const Pose start{Vec3(5, 10, 18), Mat3::Identity()};
-  std::vector<Wrench> felt;
+  std::vector<Wrench> computed;
   ASSERT_TRUE(document->begin(s, start).ok());
   DirectTool stroke(model, start);
   for (int i = 0; i < 40; i++) {
@@ -402,8 +416,8 @@ TEST(Document, ForcesAreKeptWhereAskedForAndVerified) {
     tick.edits = true;
     const auto done = stroke.advance(s.tool, tick.tip, tick.turn, s.mode, s.force.law, s.materials);
     ASSERT_TRUE(done.ok());
-    felt.push_back(done.value().wrench);
-    document->add({tick}, &felt.back());
+    computed.push_back(done.value().wrench);
+    document->add({tick}, &computed.back());
     if (i % 16 == 15) {
       ASSERT_TRUE(document->flush().ok());
     }
@@ -424,31 +438,34 @@ TEST(Document, ForcesAreKeptWhereAskedForAndVerified) {
     return kept;
   };
   const std::vector<Wrench> kept = read(2);
-  ASSERT_EQ(kept.size(), felt.size());
+  ASSERT_EQ(kept.size(), computed.size());
   double max = 0;
   for (size_t i = 0; i < kept.size(); i++) {
-    EXPECT_EQ(kept[i].force, felt[i].force);
-    EXPECT_EQ(kept[i].moment, felt[i].moment);
+    EXPECT_EQ(kept[i].force, computed[i].force);
+    EXPECT_EQ(kept[i].moment, computed[i].moment);
     max = std::max(max, kept[i].force.squaredNorm());
   }
   EXPECT_GT(max, 0);
   EXPECT_TRUE(read(3).empty());
   EXPECT_EQ(wrongs(*document), std::vector<std::string>());
   document.reset();
-  // Others in their place: told.
-  felt[20].force.x() += 1e-9;
+  // Other forces in their place are reported.
+  computed[20].force.x() += 1e-9;
   {
     auto database = Database::open(folder / "f.kibori", Database::Access::write);
     ASSERT_TRUE(database.ok());
     auto change =
         database.value().prepare("UPDATE force SET data = ?, count = 40 WHERE sequence = 0");
-    ASSERT_TRUE(change.value().bind(encode_forces(felt.data(), felt.size())).run().ok());
+    ASSERT_TRUE(change.value().bind(encode_forces(computed.data(), computed.size())).run().ok());
     ASSERT_TRUE(database.value().run("DELETE FROM force WHERE sequence > 0").ok());
   }
   document = opened(folder / "f.kibori", Document::Access::read);
-  const auto told = wrongs(*document);
-  ASSERT_EQ(told.size(), 1u);
-  EXPECT_NE(told[0].find("step 2: the forces kept of 1 ticks"), std::string::npos) << told[0];
+  const auto reported = wrongs(*document);
+  ASSERT_EQ(reported.size(), 2u);
+  EXPECT_NE(reported[0].find("step 2: its rows of table 'force'"), std::string::npos)
+      << reported[0];
+  EXPECT_NE(reported[1].find("step 2: the forces kept of 1 ticks"), std::string::npos)
+      << reported[1];
 }
 
 TEST(Document, ThumbnailsAreKeptByStep) {
@@ -500,13 +517,13 @@ TEST(Document, KeepsWhenStepsWereMadeAndWithWhat) {
   as_it_was(*document);
   document.reset();
   as_it_was(*opened(folder / "w.kibori", Document::Access::read));
-  // A time that is none is not known.
+  // An invalid time is unknown.
   {
     auto database = Database::open(folder / "w.kibori", Database::Access::write);
     ASSERT_TRUE(database.ok());
     ASSERT_TRUE(database.value().run("UPDATE step SET made_at = 'once' WHERE id = 2").ok());
   }
-  EXPECT_EQ(opened(folder / "w.kibori")->steps().at(2).made_s, 0);
+  EXPECT_EQ(opened(folder / "w.kibori", Document::Access::read)->steps().at(2).made_s, 0);
 }
 
 TEST(Document, KeepsVersionsLabelsAndTheStock) {
@@ -520,7 +537,7 @@ TEST(Document, KeepsVersionsLabelsAndTheStock) {
     ASSERT_TRUE(made.value()->name_version("first try", 2).ok());
     EXPECT_FALSE(made.value()->name_version("7", 2).ok());
     EXPECT_FALSE(made.value()->name_version("ghost", 99).ok());
-    EXPECT_FALSE(Document::create(folder / "a.kibori", model, "{}").ok());  // it is there
+    EXPECT_FALSE(Document::create(folder / "a.kibori", model, "{}").ok());  // it exists already
   }
   auto document = opened(folder / "a.kibori", Document::Access::read);
   ASSERT_NE(document, nullptr);
@@ -539,7 +556,7 @@ TEST(Document, CopiesAreWholeAndIndependent) {
   TriDexel model = stock();
   auto document = created(folder / "a.kibori", model);
   for (int i = 0; i < 3; i++) carve(*document, model, random, 10);
-  // A stroke that is being made goes as far as it was flushed.
+  // A running stroke is copied as far as it was flushed.
   carve(*document, model, random, 14, false);
   ASSERT_TRUE(document->save_copy(folder / "b.kibori").ok());
   EXPECT_FALSE(document->save_copy(folder / "b.kibori").ok());
@@ -553,7 +570,7 @@ TEST(Document, CopiesAreWholeAndIndependent) {
   EXPECT_EQ(copy->load().value()->content_hash(), model.content_hash());
 }
 
-// That the file says it is of.
+// The version that the file states.
 int64_t version_of(const std::filesystem::path& path) {
   Result<Database> database = Database::open(path, Database::Access::read);
   if (!database) return -1;
@@ -561,14 +578,20 @@ int64_t version_of(const std::filesystem::path& path) {
   return read && read.value().row() ? read.value().integer(0) : -1;
 }
 
-TEST(Document, SaysWhichVersionItIsOf) {
+TEST(Document, ReportsItsVersion) {
   Folder folder;
   TriDexel model = stock();
   created(folder / "a.kibori", model);
-  EXPECT_EQ(version_of(folder / "a.kibori"), 12);
+  EXPECT_EQ(version_of(folder / "a.kibori"), 13);
+  {
+    Result<Database> database = Database::open(folder / "a.kibori", Database::Access::write);
+    ASSERT_TRUE(database.ok() && database.value().run("PRAGMA user_version=12").ok());
+  }
+  ASSERT_NE(opened(folder / "a.kibori"), nullptr);
+  EXPECT_EQ(version_of(folder / "a.kibori"), 13);
 }
 
-// A document of each version that there was opens and is what it was.
+// A document of each past version opens with the same content.
 TEST(Document, OldVersionsOpen) {
   for (const auto& [name, hash, steps] :
        {std::tuple{"v1.kibori", uint64_t{0xdc65b2b1f2342f8d}, 5u},
@@ -585,11 +608,11 @@ TEST(Document, OldVersionsOpen) {
     EXPECT_TRUE(document->thumbnail(1).ok());
     for (const auto& [id, step] : document->steps())
       EXPECT_GT(step.made_s, 1'700'000'000) << name << " " << id;
-    // Opened for writing, it has all that is new.
+    // Opening it for writing upgrades it.
     document.reset();
     document = opened(folder / name);
     ASSERT_NE(document, nullptr);
-    EXPECT_EQ(version_of(folder / name), 12);
+    EXPECT_EQ(version_of(folder / name), 13);
     EXPECT_TRUE(document->set_thumbnail(3, {1, 2, 3}).ok());
     EXPECT_EQ(document->steps().size(), steps);
     EXPECT_EQ(wrongs(*document), std::vector<std::string>());
@@ -606,7 +629,7 @@ TEST(Document, OldVersionsOpen) {
 }
 
 // Kibori 0.1 recorded what a scene reshaped with force model series as ticks that edit nothing: a
-// grab, a press with its end, and smoothing. It replays as it was carved.
+// grab, a press with its end, and smoothing. The document replays as it was carved.
 TEST(Document, TicksThatLostTheirEditsReplay) {
   Folder folder;
   std::filesystem::copy(
@@ -622,13 +645,13 @@ TEST(Document, AMillionTicksAtOnceAndForcesOfSome) {
   Folder folder;
   TriDexel model = stock();
   auto document = created(folder / "a.kibori", model);
-  const Wrench felt, given{Vec3(1, 2, 3), Vec3(4, 5, 6)};
+  const Wrench computed, given{Vec3(1, 2, 3), Vec3(4, 5, 6)};
   ASSERT_TRUE(document->begin({}, {}).ok());
   for (int i = 0; i < 1000100; i++) document->add({});
   ASSERT_TRUE(document->finish(model, 0).ok());
   ASSERT_TRUE(document->begin({}, {}).ok());
   for (int i = 0; i < 20; i++) {
-    document->add({}, i == 15 ? nullptr : &felt, &given);
+    document->add({}, i == 15 ? nullptr : &computed, &given);
     if (i % 4 == 3) {
       ASSERT_TRUE(document->flush().ok());
     }
@@ -638,7 +661,7 @@ TEST(Document, AMillionTicksAtOnceAndForcesOfSome) {
   for (const StepId step : {2, 3}) {
     ASSERT_TRUE(document
                     ->for_ticks(step,
-                                [&](const std::vector<StrokeTick>& block) -> Status {
+                                [&](const std::vector<RecordedTick>& block) -> Status {
                                   ticks += static_cast<int64_t>(block.size());
                                   return Ok{};
                                 })
@@ -653,7 +676,7 @@ TEST(Document, AMillionTicksAtOnceAndForcesOfSome) {
   }
   EXPECT_EQ(ticks, 1000120);
   EXPECT_EQ(forces, 0);
-  // What all of them have is kept.
+  // The leading part that all blocks share is kept.
   size_t kept = 0;
   ASSERT_TRUE(document
                   ->for_given(3,
@@ -667,7 +690,7 @@ TEST(Document, AMillionTicksAtOnceAndForcesOfSome) {
   EXPECT_EQ(wrongs(*document), std::vector<std::string>());
 }
 
-// A stock without any material: what is put down in it comes back.
+// A stock without any material: a deposit in it is stored.
 TEST(Document, AnEmptyStockIsAStock) {
   Folder folder;
   TriDexel model(make_lattice(Vec3(20, 20, 20), 1, 0).value());

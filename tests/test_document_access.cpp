@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Documents: writers, readers, and what is told of steps to whom.
+// Documents: writers, readers, and which information about steps each gets.
 #include <fstream>
 #include <filesystem>
 
@@ -25,7 +25,7 @@ TEST(Document, OneWriterManyReaders) {
   const auto second = Document::open(folder / "a.kibori", Document::Access::write);
   ASSERT_FALSE(second.ok());
   EXPECT_NE(second.error().find("another process"), std::string::npos);
-  // A stroke that is being made is seen as far as it was flushed.
+  // A reader sees a running stroke as far as it was flushed.
   carve(*writer, model, random, 20, false);
   auto reader = opened(folder / "a.kibori", Document::Access::read);
   ASSERT_NE(reader, nullptr);
@@ -37,7 +37,7 @@ TEST(Document, OneWriterManyReaders) {
   EXPECT_EQ(later->load().value()->content_hash(), model.content_hash());
 }
 
-// A second writer is refused and leaves the first as it was, whatever a reader does then.
+// A second writer is refused and does not disturb the first, whatever a reader does then.
 TEST(Document, ARefusedWriterHarmsNobody) {
   Random random;
   Folder folder;
@@ -48,7 +48,7 @@ TEST(Document, ARefusedWriterHarmsNobody) {
     auto writer = created(folder / "a.kibori", model);
     carve(*writer, model, random, 5);
     if (Document::open(folder / "a.kibori", Document::Access::write).ok()) _exit(1);
-    // A reader elsewhere comes and goes, the last but for the writer.
+    // A reader in another process opens and closes it. It is the last one except for the writer.
     const pid_t reader = fork();
     if (reader == 0) {
       static_cast<void>(Document::open(folder / "a.kibori", Document::Access::read).ok());
@@ -68,7 +68,7 @@ TEST(Document, ARefusedWriterHarmsNobody) {
   EXPECT_EQ(wrongs(*after), std::vector<std::string>());
 }
 
-// What a killed process left beside a document that is gone is not taken for a new one's.
+// Files that a killed process left next to a removed document are not used for a new one.
 TEST(Document, LeftoversOfAnotherAreNotTakenIn) {
   Random random;
   Folder folder;
@@ -89,7 +89,7 @@ TEST(Document, LeftoversOfAnotherAreNotTakenIn) {
   EXPECT_NE(refused.error().find("a.kibori-wal"), std::string::npos) << refused.error();
   auto other = created(folder / "b.kibori", model);
   EXPECT_FALSE(other->save_copy(folder / "a.kibori").ok());
-  // Put back, it is whole.
+  // Moved back, it is complete.
   std::filesystem::rename(folder / "elsewhere.kibori", folder / "a.kibori");
   EXPECT_EQ(opened(folder / "a.kibori")->steps().size(), 2u);
 }
@@ -129,7 +129,7 @@ TEST(Document, OnlyFinishedStepsHaveNamesAndPictures) {
   EXPECT_EQ(document->unsaved(), "");
 }
 
-TEST(Document, RedoGoesBackTheWayThatWasUndone) {
+TEST(Document, RedoFollowsTheUndonePath) {
   Random random;
   Folder folder;
   TriDexel model = stock();
@@ -146,7 +146,7 @@ TEST(Document, RedoGoesBackTheWayThatWasUndone) {
   EXPECT_FALSE(document->redo(model).ok());
 }
 
-// A destination that is not gone to changes nothing.
+// A destination that is not used changes nothing.
 TEST(Document, DroppedDestinations) {
   Random random;
   Folder folder;
@@ -179,7 +179,7 @@ TEST(Document, RefusesWhatIsNone) {
   std::ofstream(folder / "empty.kibori").close();
   EXPECT_FALSE(Document::open(folder / "empty.kibori", Document::Access::write).ok());
   EXPECT_FALSE(Document::create(folder / "no/such/folder.kibori", stock(), "{}").ok());
-  // Of a newer version.
+  // A newer version.
   { created(folder / "new.kibori", stock()); }
   auto database = Database::open(folder / "new.kibori", Database::Access::write);
   ASSERT_TRUE(database.ok() && database.value().run("PRAGMA user_version=1000").ok());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Documents of several bodies: every state against full copies, a kill amid a split, rows that are
-// others, and a hand that works on a body that stands elsewhere.
+// Documents of several bodies: every state against full copies; a kill during a split; modified
+// rows. A hand also works on a body with another pose.
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -50,8 +50,8 @@ SplineShape any_spline(Random& random) {
   return shape;
 }
 
-// What is done with some of the bodies, by chance; it may be refused.
-BodyAction any_action(Random& random, const Bodies& bodies) {
+// A random action on some of the bodies; it may be refused.
+BodyAction any_action(Random& random, const BodyList& bodies) {
   constexpr const char* kMix[] = {"cut",       "cut",      "cut",       "join",   "subtract",
                                   "intersect", "bake",     "duplicate", "mirror", "move",
                                   "move",      "separate", "remove",    "set",    "set",
@@ -76,7 +76,7 @@ BodyAction any_action(Random& random, const Bodies& bodies) {
   }
   if (auto* const mirror = std::get_if<BodyMirror>(&action.verb)) mirror->plane = plane;
   if (auto* const move = std::get_if<BodyMove>(&action.verb)) {
-    // A turn and a shift; or a shift alone, where joining stays exact.
+    // A turn and a shift; or only a shift, where joining stays exact.
     move->pose.tip = random.in_box(-3, 3);
     if (random.integer(0, 1)) move->pose.frame = rotation(0.3 * random.direction());
   }
@@ -92,7 +92,7 @@ BodyAction any_action(Random& random, const Bodies& bodies) {
                static_cast<uint8_t>(random.integer(0, 1))};
   if (auto* const protect = std::get_if<BodyProtect>(&action.verb)) {
     protect->tool = BallTool{random.uniform(1, 5)};
-    protect->way_mm = {random.in_box(0, 25), random.in_box(0, 25)};
+    protect->path_mm = {random.in_box(0, 25), random.in_box(0, 25)};
     protect->follows = random.integer(0, 2) != 0;
   }
   if (auto* const add = std::get_if<BodyAdd>(&action.verb)) {
@@ -109,9 +109,9 @@ BodyAction any_action(Random& random, const Bodies& bodies) {
 
 struct Truth {
   uint64_t hash = 0;
-  std::vector<std::string> list;  // of what is told of each body
+  std::vector<std::string> list;  // description of each body
 };
-Truth truth_of(const Bodies& bodies) {
+Truth truth_of(const BodyList& bodies) {
   Truth truth{bodies.content_hash(), {}};
   for (const Body& body : bodies.all) {
     char pose[400];
@@ -131,8 +131,8 @@ TEST(DocumentBodies, HistoryAgainstFullCopies) {
   const int steps = rounds_of("KIBORI_BODY_HISTORY", 250);
   auto model = std::make_unique<TriDexel>(stock(1.5));
   auto document = created(folder / "a.kibori", *model);
-  std::map<StepId, Truth> truth{{1, truth_of(Bodies::of(*model))}};
-  size_t most = 1;
+  std::map<StepId, Truth> truth{{1, truth_of(BodyList::of(*model))}};
+  size_t largest = 1;
   int acted = 0;
   for (int i = 0; i < steps; i++) {
     const int what = random.integer(0, 9);
@@ -147,7 +147,7 @@ TEST(DocumentBodies, HistoryAgainstFullCopies) {
         carve(*document, *model, random, random.integer(1, 15), true, kRules[random.integer(0, 3)]);
       }
     } else if (what < 7) {
-      // As many bodies as can be told apart.
+      // Limits the number of bodies.
       BodyAction action = any_action(random, document->bodies_at(document->head()));
       if (document->bodies_at(document->head()).all.size() > 8) action.verb = BodyRemove{};
       const StepId before = document->head();
@@ -168,8 +168,8 @@ TEST(DocumentBodies, HistoryAgainstFullCopies) {
       ASSERT_TRUE(document->go(*model, to->first).ok());
     }
     ASSERT_NE(document->worked_on(), nullptr);
-    const Bodies now = *document->worked_on();
-    most = std::max(most, now.all.size());
+    const BodyList now = *document->worked_on();
+    largest = std::max(largest, now.all.size());
     const Truth is = truth_of(now);
     const auto [known, fresh] = truth.emplace(document->head(), is);
     ASSERT_EQ(is.list, known->second.list) << i;
@@ -197,9 +197,9 @@ TEST(DocumentBodies, HistoryAgainstFullCopies) {
     }
   }
   EXPECT_GT(acted, 0);
-  EXPECT_GT(most, 1u);
+  EXPECT_GT(largest, 1u);
   EXPECT_EQ(wrongs(*document), std::vector<std::string>());
-  // A copy has all of it, too.
+  // A copy also has everything.
   ASSERT_TRUE(document->save_copy(folder / "b.kibori").ok());
   const auto copy = opened(folder / "b.kibori", Document::Access::read);
   ASSERT_NE(copy, nullptr);
@@ -207,8 +207,8 @@ TEST(DocumentBodies, HistoryAgainstFullCopies) {
     EXPECT_EQ(truth_of(copy->load_bodies(step).value()).list, known.list) << step;
 }
 
-// A control point that is moved later comes to what one that was there at first would have come to,
-// with all that was done since.
+// A control point that is moved later gives the same result as one placed there from the start.
+// This includes all later actions.
 TEST(DocumentBodies, WhatIsRevisedIsAsIfItHadBeenSoAtFirst) {
   Random random;
   SCOPED_TRACE(random.note());
@@ -222,7 +222,7 @@ TEST(DocumentBodies, WhatIsRevisedIsAsIfItHadBeenSoAtFirst) {
         Vec3(0.4, 0, how.shape.kind == SplineKind::extrude ? 0 : random.uniform(-1, 1));
     const BodyAction other{{1}, how};
     std::vector<BodyAction> later;
-    for (int i = 0; i < 3; i++) later.push_back(any_action(random, Bodies::of(stock(1.5))));
+    for (int i = 0; i < 3; i++) later.push_back(any_action(random, BodyList::of(stock(1.5))));
     const unsigned seed = random.seed() + static_cast<unsigned>(round);
     uint64_t hashes[2] = {};
     int counts[2] = {};
@@ -264,7 +264,7 @@ TEST(DocumentBodies, WhatIsRevisedIsAsIfItHadBeenSoAtFirst) {
       }
       hashes[fresh] = document->steps().at(document->head()).hash;
     }
-    // Something that could be done after the one, and not after the other.
+    // Some later action may be possible after one of them and impossible after the other.
     if (!possible || counts[0] != counts[1]) continue;
     EXPECT_EQ(hashes[0], hashes[1]) << round;
     revised++;
@@ -272,13 +272,14 @@ TEST(DocumentBodies, WhatIsRevisedIsAsIfItHadBeenSoAtFirst) {
   EXPECT_GT(revised, rounds_of("KIBORI_REVISE", 15) / 5);
 }
 
-// Whole bodies, however early the process is gone: those before the split, or both after it.
+// The bodies are complete, however early the process is killed: those before the split, or both
+// after it.
 TEST(DocumentBodies, AKillAmidASplitLeavesWholeBodies) {
   Random random;
   SCOPED_TRACE(random.note());
   Folder folder;
   const int kills = rounds_of("KIBORI_KILLS", 12);
-  size_t most = 0;
+  size_t largest = 0;
   for (int round = 0; round < kills; round++) {
     const auto file = folder / "k.kibori", log = folder / "told";
     for (const char* end : {"", "-wal", "-shm"})
@@ -290,50 +291,50 @@ TEST(DocumentBodies, AKillAmidASplitLeavesWholeBodies) {
       TriDexel model = stock();
       auto made = Document::create(file, model, "{}");
       if (!made) _exit(1);
-      std::ofstream told(log, std::ios::binary);
+      std::ofstream reported(log, std::ios::binary);
       for (int i = 1; i < 30; i++) {
         const CutPlane plane{Vec3(40.0 * i / 30, 15, 10), Vec3(1, 0.1, 0.05)};
         if (!made.value()->act({{}, BodyCut{{plane}}})) _exit(1);
-        told.put('s');
-        told.flush();
+        reported.put('s');
+        reported.flush();
       }
       _exit(0);
     }
-    // After so many splits told, and some part of the next: however slow the machine or its
-    // sanitiser is.
+    // Kills after a random number of reported splits and part of the next one. So the speed of the
+    // machine does not matter.
     const auto splits = static_cast<std::uintmax_t>(random.integer(0, 10));
-    const auto told_now = [&] {
+    const auto reported_now = [&] {
       std::error_code none;
       return std::filesystem::exists(log) ? std::filesystem::file_size(log, none) : 0;
     };
-    for (int wait = 0; wait < 60000 && told_now() < splits; wait++)
+    for (int wait = 0; wait < 60000 && reported_now() < splits; wait++)
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     std::this_thread::sleep_for(std::chrono::microseconds(random.integer(0, 20000)));
     kill(child, SIGKILL);
     int status = 0;
     waitpid(child, &status, 0);
     if (!std::filesystem::exists(file)) continue;
-    const auto told = told_now();
+    const auto reported = reported_now();
     auto document = opened(file);
     ASSERT_NE(document, nullptr);
     auto model = document->load();
     ASSERT_TRUE(model.ok()) << model.error();
-    const Bodies& bodies = *document->worked_on();
-    EXPECT_GE(bodies.all.size(), told + 1);
-    EXPECT_LE(bodies.all.size(), told + 2);
+    const BodyList& bodies = *document->worked_on();
+    EXPECT_GE(bodies.all.size(), reported + 1);
+    EXPECT_LE(bodies.all.size(), reported + 2);
     EXPECT_EQ(document->steps().size(), bodies.all.size());
     EXPECT_NEAR(bodies.volume_mm3(), 40 * 30 * 20, 1e-6 * 40 * 30 * 20);
     for (const Body& body : bodies.all) EXPECT_EQ(broken(extract_surface(body.model)), "");
     EXPECT_EQ(wrongs(*document), std::vector<std::string>());
-    most = std::max(most, bodies.all.size());
-    // And work goes on.
+    largest = std::max(largest, bodies.all.size());
+    // And the document can be used further.
     carve(*document, *model.value(), random, 5, true, Crumbs::sort);
     EXPECT_EQ(wrongs(*document), std::vector<std::string>());
   }
-  EXPECT_GT(most, 1u);
+  EXPECT_GT(largest, 1u);
 }
 
-TEST(DocumentBodies, RowsThatAreOthersAreTold) {
+TEST(DocumentBodies, RowsOfOtherDataAreReported) {
   Folder folder;
   TriDexel model = stock();
   {
@@ -371,9 +372,9 @@ TEST(DocumentBodies, RowsThatAreOthersAreTold) {
 
 // ---- A hand
 
-// A split, the portion turned and moved away, and a device that draws over it there: the strokes
-// are the portion's own, in its own coordinates, and can be carved again; the force is the world's.
-TEST(DocumentBodies, AHandWorksOnABodyThatStandsElsewhere) {
+// A split; the portion is turned and moved away; a device draws over it there. The strokes belong
+// to the portion, in its own coordinates, and can be replayed. The force is in world coordinates.
+TEST(DocumentBodies, AHandWorksOnAMovedBody) {
   Folder folder;
   const auto file = folder / "h.kibori";
   auto model = std::make_unique<TriDexel>(stock());
@@ -386,7 +387,7 @@ TEST(DocumentBodies, AHandWorksOnABodyThatStandsElsewhere) {
   VirtualDeviceSettings device;
   device.capabilities.dof_in = 3;
   device.capabilities.dof_out = 3;
-  // Over the portion where it stands in the end, and down into it.
+  // Over the portion at its final pose, and down into it.
   const Vec3 away(0, 60, 5);
   const Mat3 turn = rotation(Vec3(0, 0, std::numbers::pi / 2));
   double depth = 10;  // above its top: [mm]
@@ -438,12 +439,12 @@ TEST(DocumentBodies, AHandWorksOnABodyThatStandsElsewhere) {
   EXPECT_GT(up, 0) << "the wood pushes up";
   EXPECT_GT(tick.tool.tip.y(), 40) << "ticks tell where the tool is in the world";
   Document& kept = writer.document();
-  const Bodies& bodies = *kept.worked_on();
+  const BodyList& bodies = *kept.worked_on();
   ASSERT_EQ(bodies.all.size(), 2u);
   EXPECT_NEAR(bodies.all[0].model.volume_mm3(), 12000, 1e-3);
   EXPECT_NEAR(bodies.all[1].model.volume_mm3(), 12000 - removed, 1e-3);
   EXPECT_EQ(wrongs(kept), std::vector<std::string>());
-  // Locked, it is felt and stays.
+  // A locked body gives a force and does not change.
   BodySet lock;
   lock.properties.locked = true;
   writer.act({{2}, lock});
@@ -455,15 +456,15 @@ TEST(DocumentBodies, AHandWorksOnABodyThatStandsElsewhere) {
   while (live.next_tick(tick)) pushed = std::max(pushed, tick.computed.force.z());
   EXPECT_EQ(live.context().model().content_hash(), hash);
   EXPECT_GT(pushed, 0);
-  // What can't be is told, and the hand goes on.
+  // An impossible action is reported, and the hand continues.
   writer.act({{2, 7}, BodyJoin{}});
   settle();
   EXPECT_NE(writer.notice().find("7"), std::string::npos);
 }
 
-// A stroke that parts what it works on: its portion is there when the stroke is, one undo brings
-// back both, and a hand that goes on meanwhile only feels.
-TEST(DocumentBodies, WhatAStrokeSeversComesOff) {
+// A stroke severs its body. The portion exists as soon as the stroke does, and one undo restores
+// both. A hand that continues meanwhile only gets a force.
+TEST(DocumentBodies, SeveredPiecesOfAStrokeFallOff) {
   Folder folder;
   for (const Crumbs rule : kRules) {
     const auto file = folder.path / (std::string(name_of(rule)) + ".kibori");
@@ -498,8 +499,8 @@ TEST(DocumentBodies, WhatAStrokeSeversComesOff) {
     writer.write();
     Document& kept = writer.document();
     ASSERT_EQ(kept.steps().size(), 2u);
-    const Bodies& bodies = *kept.worked_on();
-    // A quarter of it is no crumb.
+    const BodyList& bodies = *kept.worked_on();
+    // A quarter of it is not a crumb.
     const bool apart = rule == Crumbs::sort || rule == Crumbs::body;
     EXPECT_EQ(bodies.all.size(), apart ? 2u : 1u) << name_of(rule);
     EXPECT_EQ(parted, apart ? 1 : 0);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Documents where something fails: damaged files, killed processes, disks that fail, losses of
-// power.
+// Documents under failures: damaged files, killed processes, failing disks, power loss.
 #include <chrono>
 #include <csignal>
 #include <filesystem>
@@ -29,8 +28,8 @@ namespace {
 
 using namespace test;
 
-// A tile whose material is none, and one that no list of a stroke's has: refused, or as the last of
-// the list.
+// A tile with an invalid material is refused. One with a material beyond a stroke's list uses the
+// last of the list.
 TEST(Document, MaterialsThatAreNone) {
   for (const uint8_t material : {uint8_t{64}, uint8_t{200}, uint8_t{63}}) {
     Random random;
@@ -53,19 +52,19 @@ TEST(Document, MaterialsThatAreNone) {
     MoveTick tick;
     tick.tip = Vec3(30, 10, 15);
     tick.edits = true;
-    const auto felt = stroke.advance(s.tool, tick.tip, tick.turn, s.mode, s.force.law, s.materials);
-    ASSERT_TRUE(felt.ok());
-    EXPECT_GT(felt.value().wrench.force.squaredNorm(), 0);
+    const auto result =
+        stroke.advance(s.tool, tick.tip, tick.turn, s.mode, s.force.law, s.materials);
+    ASSERT_TRUE(result.ok());
+    EXPECT_GT(result.value().wrench.force.squaredNorm(), 0);
     document->add({tick});
     ASSERT_TRUE(document->finish(model, 0).ok());
     EXPECT_EQ(wrongs(*document), std::vector<std::string>());
   }
 }
 
-// Bits flipped and files cut anywhere: refused with a sentence, or read, and then as it was at one
-// of its steps, by the hash that was taken before. Where the head is refused, an earlier step may
-// be whole.
-TEST(Document, DamageIsToldAndNeverCrashes) {
+// Flipped bits and truncated files: either refused with a sentence, or read as one of the
+// document's steps, by its hash. If the head is refused, an earlier step may be complete.
+TEST(Document, DamageIsReportedAndNeverCrashes) {
   Random random;
   Folder folder;
   std::set<uint64_t> hashes;
@@ -81,7 +80,7 @@ TEST(Document, DamageIsToldAndNeverCrashes) {
   }
   const std::vector<char> whole = read_file(folder / "a.kibori").value();
   const int rounds = rounds_of("KIBORI_FLIPS", 300);
-  int refused = 0, told = 0, unharmed = 0, salvaged = 0;
+  int refused = 0, reported = 0, unharmed = 0, salvaged = 0;
   for (int i = 0; i < rounds; i++) {
     std::vector<char> bytes = whole;
     const auto place = [&] {
@@ -105,25 +104,26 @@ TEST(Document, DamageIsToldAndNeverCrashes) {
       ASSERT_TRUE(hashes.count(model.value()->content_hash()))
           << i << ": silently wrong" << random.note();
     } else if (const auto step = document.value()->last_whole()) {
+      ASSERT_TRUE(document.value()->view_step(step.value()).ok());
       const auto earlier = document.value()->load_at(step.value());
       ASSERT_TRUE(earlier.ok()) << earlier.error() << random.note();
       ASSERT_TRUE(hashes.count(earlier.value()->content_hash())) << i << random.note();
       salvaged++;
     }
     if (!wrongs(*document.value()).empty()) {
-      told++;
+      reported++;
     } else if (document.value()->head() == 5 && document.value()->steps().size() == 5) {
       ASSERT_TRUE(model.ok()) << model.error();
       ASSERT_EQ(model.value()->content_hash(), hash) << i << random.note();
       unharmed++;
     }
   }
-  std::printf("%d refused, %d told by verify, %d unharmed; %d open at an earlier step\n", refused,
-              told, unharmed, salvaged);
-  EXPECT_GT(refused + told, rounds / 10);
+  std::printf("%d refused, %d reported by verify, %d unharmed; %d open at an earlier step\n",
+              refused, reported, unharmed, salvaged);
+  EXPECT_GT(refused + reported, rounds / 10);
 }
 
-// Killed at any moment: an exact prefix of what was done, and little of it missing.
+// Killed at any moment: the file holds an exact prefix of what was done, and little is missing.
 TEST(Document, KilledProcessesLeaveAPrefix) {
   Random random;
   Folder folder;
@@ -137,11 +137,12 @@ TEST(Document, KilledProcessesLeaveAPrefix) {
     const pid_t child = fork();
     ASSERT_GE(child, 0);
     if (child == 0) {
-      // Writes how many ticks were flushed after each flush, as a pipe would lose it.
+      // Writes the number of flushed ticks to a file after each flush, because a pipe would lose
+      // it.
       TriDexel model = stock();
       auto made = Document::create(file, model, "{}");
       if (!made) _exit(1);
-      std::ofstream told(log, std::ios::binary);
+      std::ofstream reported(log, std::ios::binary);
       int64_t ticks = 0;
       for (int s = 0; s < 1000; s++) {
         StrokeSettings settings;
@@ -160,8 +161,8 @@ TEST(Document, KilledProcessesLeaveAPrefix) {
           ticks++;
           if (i % 10 == 9) {
             if (!made.value()->flush()) _exit(1);
-            told.write(reinterpret_cast<const char*>(&ticks), 8);
-            told.flush();
+            reported.write(reinterpret_cast<const char*>(&ticks), 8);
+            reported.flush();
           }
         }
         if (!made.value()->finish(model, 1)) _exit(1);
@@ -172,10 +173,10 @@ TEST(Document, KilledProcessesLeaveAPrefix) {
     kill(child, SIGKILL);
     int status = 0;
     waitpid(child, &status, 0);
-    if (!std::filesystem::exists(file)) continue;  // killed before it was there
-    int64_t told = 0;
+    if (!std::filesystem::exists(file)) continue;  // killed before the file existed
+    int64_t reported = 0;
     std::ifstream in(log, std::ios::binary);
-    for (int64_t next = 0; in.read(reinterpret_cast<char*>(&next), 8);) told = next;
+    for (int64_t next = 0; in.read(reinterpret_cast<char*>(&next), 8);) reported = next;
     auto document = opened(file);
     ASSERT_NE(document, nullptr);
     int64_t ticks = 0;
@@ -183,24 +184,24 @@ TEST(Document, KilledProcessesLeaveAPrefix) {
       EXPECT_TRUE(step.finished);
       ticks += step.ticks;
     }
-    EXPECT_GE(ticks, told) << random.note();
-    EXPECT_LE(ticks, told + 10);
+    EXPECT_GE(ticks, reported) << random.note();
+    EXPECT_LE(ticks, reported + 10);
     EXPECT_EQ(wrongs(*document), std::vector<std::string>()) << random.note();
     auto model = document->load();
     ASSERT_TRUE(model.ok()) << model.error();
     EXPECT_EQ(model.value()->content_hash(), document->steps().rbegin()->second.hash);
-    // And work goes on.
+    // And the document can be used further.
     carve(*document, *model.value(), random, 5);
   }
 }
 
-// Every write, sync, truncation and removal fails in turn, once or from then on: it is told, what
-// was there stays, what follows is in memory, and all of it can be saved where it belongs once the
-// disk is well again, or elsewhere.
+// Every write, sync, truncation and removal fails in turn, once or from then on. The failure is
+// reported. Existing data stays, and new data is in memory. All of it can be saved in place when
+// the disk works again, or elsewhere.
 TEST(Document, FailingDisksLoseNothing) {
   FaultVfs& vfs = FaultVfs::get();
   Folder folder;
-  int told = 0, rescued = 0;
+  int reported = 0, rescued = 0;
   bool reached = true;
   for (int64_t at = 1; reached; at += std::getenv("KIBORI_SHORT") ? 9 : at < 60 ? 1 : 7) {
     for (const int how : {0, 1, 2}) {
@@ -229,10 +230,10 @@ TEST(Document, FailingDisksLoseNothing) {
           MoveTick tick;
           tick.tip = stroke.pose().tip + Vec3(0.7, 0, -0.1);
           tick.edits = true;
-          const auto felt = stroke.advance(settings.tool, tick.tip, tick.turn, settings.mode, {},
-                                           settings.materials);
-          ASSERT_TRUE(felt.ok());
-          document.add({tick}, &felt.value().wrench);
+          const auto result = stroke.advance(settings.tool, tick.tip, tick.turn, settings.mode, {},
+                                             settings.materials);
+          ASSERT_TRUE(result.ok());
+          document.add({tick}, &result.value().wrench);
           if (i % 4 == 3) {
             ASSERT_TRUE(document.flush().ok());
           }
@@ -249,7 +250,7 @@ TEST(Document, FailingDisksLoseNothing) {
       EXPECT_EQ(model.content_hash(), truth[last - 1]);
       ASSERT_TRUE(document.redo(model).ok());
       EXPECT_EQ(model.content_hash(), truth[last]);
-      // In memory or not, history works.
+      // The history works, in memory or not.
       EXPECT_EQ(wrongs(document), std::vector<std::string>()) << at << " " << how;
       reached = vfs.count >= at;
       const auto whole = [&](const std::filesystem::path& path) {
@@ -263,9 +264,9 @@ TEST(Document, FailingDisksLoseNothing) {
         EXPECT_EQ(wrong, std::vector<std::string>()) << at << " " << how;
       };
       if (!document.unsaved().empty()) {
-        told++;
+        reported++;
         EXPECT_NE(document.unsaved().find("f.kibori"), std::string::npos) << document.unsaved();
-        // What could be written is there for others, an exact prefix.
+        // Others can read what was written, an exact prefix.
         {
           auto reader = Document::open(folder / "f.kibori", Document::Access::read);
           ASSERT_TRUE(reader.ok()) << at << " " << reader.error();
@@ -282,7 +283,7 @@ TEST(Document, FailingDisksLoseNothing) {
           EXPECT_EQ(document.unsaved(), "");
           EXPECT_NE(document.name().find("g.kibori"), std::string::npos);
           EXPECT_FALSE(Document::open(folder / "g.kibori", Document::Access::write).ok());
-          // The old place is free, and work goes on in the new one.
+          // The old file is free, and work continues in the new one.
           { ASSERT_NE(opened(folder / "f.kibori"), nullptr); }
           ASSERT_TRUE(document.undo(model).ok());
           ASSERT_TRUE(document.redo(model).ok());
@@ -301,14 +302,14 @@ TEST(Document, FailingDisksLoseNothing) {
       whole(folder / "f.kibori");
     }
   }
-  std::printf("%d failures told, %d rescued elsewhere\n", told, rescued);
+  std::printf("%d failures reported, %d rescued elsewhere\n", reported, rescued);
   EXPECT_GT(rescued, 10);
-  EXPECT_GT(told, rescued);
+  EXPECT_GT(reported, rescued);
   vfs.reset();
 }
 
-// Power is lost after any operation: what was synced is there, of what came later any part, torn
-// anywhere. The file then holds an exact prefix, and all that was synced of it.
+// Power is lost after any operation. Synced data is there. Any part of later data may be there,
+// torn anywhere. The file then holds an exact prefix, including everything that was synced.
 TEST(Document, LossOfPowerLeavesAPrefix) {
   FaultVfs& vfs = FaultVfs::get();
   vfs.reset();
@@ -318,7 +319,8 @@ TEST(Document, LossOfPowerLeavesAPrefix) {
   { created(folder / "p.kibori", model); }
   const std::vector<char> before = read_file(folder / "p.kibori").value();
   vfs.log = true;
-  std::vector<std::pair<size_t, size_t>> steps_by_op;  // operations so far, steps finished so far
+  // number of operations and of finished steps so far
+  std::vector<std::pair<size_t, size_t>> steps_by_op;
   {
     auto open = Document::open(folder / "p.kibori", Document::Access::write, FaultVfs::kName);
     ASSERT_TRUE(open.ok()) << open.error();
@@ -337,7 +339,7 @@ TEST(Document, LossOfPowerLeavesAPrefix) {
   for (int round = 0; round < rounds; round++) {
     const auto crash = static_cast<size_t>(random.integer(0, static_cast<int>(vfs.ops.size())));
     std::map<std::string, std::vector<char>> files{{"p.kibori", before}};
-    std::map<std::string, size_t> synced;  // operations up to here are on the disk
+    std::map<std::string, size_t> synced;  // operations before this one are on the disk
     for (size_t i = 0; i < crash; i++)
       if (vfs.ops[i].kind == FaultVfs::Op::sync) synced[vfs.ops[i].file] = i;
     for (size_t i = 0; i < crash; i++) {
@@ -373,7 +375,7 @@ TEST(Document, LossOfPowerLeavesAPrefix) {
     auto after = opened(folder / "q.kibori");
     ASSERT_NE(after, nullptr) << round << random.note();
     EXPECT_EQ(wrongs(*after), std::vector<std::string>()) << random.note();
-    // All that was finished before the last sync of the log.
+    // All steps that were finished before the last sync of the log.
     size_t sure = 1, made = 1;
     for (const auto& [ops, steps] : steps_by_op) {
       if (synced.count("p.kibori-wal") && ops <= synced["p.kibori-wal"]) sure = steps;
@@ -386,8 +388,8 @@ TEST(Document, LossOfPowerLeavesAPrefix) {
   vfs.reset();
 }
 
-// What can't be written where it belongs goes to the next folder that takes it.
-TEST(Document, RescueGoesToTheNextFolderThatTakesIt) {
+// If a document cannot be written in place, it goes to the next folder that accepts it.
+TEST(Document, RescueUsesTheNextWritableFolder) {
   Folder folder;
   FaultVfs& vfs = FaultVfs::get();
   const std::string home = std::getenv("HOME") ? std::getenv("HOME") : "";
@@ -421,8 +423,8 @@ TEST(Document, RescueGoesToTheNextFolderThatTakesIt) {
   EXPECT_EQ(rescued->load().value()->content_hash(), model.content_hash());
 }
 
-// The log holds the last steps: without it they are missing, and that is told, by the file itself.
-TEST(Document, AFilePartedFromItsLogSaysSo) {
+// The log holds the last steps. Without it they are missing, and the file itself reports that.
+TEST(Document, AFileWithoutItsLogIsReported) {
   Random random;
   Folder folder;
   TriDexel model = stock();
@@ -434,7 +436,7 @@ TEST(Document, AFilePartedFromItsLogSaysSo) {
   carve(*document, model, random, 12);
   copy("bare.kibori", false);
   copy("with.kibori", true);
-  for (int i = 0; i < 3; i++) {  // and readers leave it as it is
+  for (int i = 0; i < 3; i++) {  // readers do not change it
     auto whole = opened(folder / "with.kibori", Document::Access::read);
     ASSERT_NE(whole, nullptr);
     EXPECT_EQ(wrongs(*whole), std::vector<std::string>());
@@ -445,15 +447,15 @@ TEST(Document, AFilePartedFromItsLogSaysSo) {
     ASSERT_NE(bare, nullptr);
     EXPECT_NE(bare->missing().find("-wal"), std::string::npos) << bare->missing();
     EXPECT_EQ(wrongs(*bare), std::vector<std::string>{bare->missing()});
-    ASSERT_TRUE(bare->save_copy(folder / "copied.kibori").ok());  // a copy of it is no more
+    ASSERT_TRUE(bare->save_copy(folder / "copied.kibori").ok());  // a copy of it also lacks them
   }
   EXPECT_FALSE(opened(folder / "copied.kibori", Document::Access::read)->missing().empty());
-  for (int i = 0; i < 2; i++) {  // told once to who goes on with it
+  for (int i = 0; i < 2; i++) {  // reported once to the next writer
     auto writer = opened(folder / "bare.kibori");
     ASSERT_NE(writer, nullptr);
     EXPECT_EQ(writer->missing().empty(), i == 1);
   }
-  // Within half a second what was done is in the file itself.
+  // Within half a second, the steps are in the file itself.
   bool brought = false;
   for (int i = 0; i < 600 && !brought; i++) {
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
@@ -476,10 +478,10 @@ TEST(Document, AFilePartedFromItsLogSaysSo) {
   EXPECT_EQ(wrongs(*closed), std::vector<std::string>());
 }
 
-// Whatever row is another, or is gone, is told by its seal.
-TEST(Document, RowsThatAreOthersAreTold) {
+// The seals detect any row that was changed or deleted.
+TEST(Document, RowsOfOtherDataAreReported) {
   Random random;
-  for (const auto& [change, says] : std::vector<std::pair<std::string, std::string>>{
+  for (const auto& [change, expected] : std::vector<std::pair<std::string, std::string>>{
            {"UPDATE step SET label = 'mine' WHERE id = 3", "step 3"},
            {"UPDATE step SET made_at = '2020-01-01T00:00:00.000Z' WHERE id = 2", "step 2"},
            {"UPDATE step SET removed_mm3 = removed_mm3 * (1 + 1e-15) + 1e-15 WHERE id = 4",
@@ -517,9 +519,9 @@ TEST(Document, RowsThatAreOthersAreTold) {
     }
     auto document = opened(folder / "a.kibori", Document::Access::read);
     ASSERT_NE(document, nullptr) << change;
-    std::string told;
-    for (const std::string& wrong : wrongs(*document)) told += wrong + "\n";
-    EXPECT_NE(told.find(says), std::string::npos) << change << "\n" << told;
+    std::string reported;
+    for (const std::string& wrong : wrongs(*document)) reported += wrong + "\n";
+    EXPECT_NE(reported.find(expected), std::string::npos) << change << "\n" << reported;
   }
 }
 

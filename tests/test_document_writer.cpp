@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a hand carves reaches the document, and the document's history reaches the hand.
+// A hand's carving reaches the document, and the document's history reaches the hand.
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -55,8 +55,7 @@ void expect_sound(const Document& document) {
   EXPECT_TRUE(document.verify([](const std::string& wrong) { ADD_FAILURE() << wrong; }).ok());
 }
 
-// What a hand carved is in the document, stroke by stroke, and carving it again leaves the same
-// bytes.
+// The document holds what a hand carved, stroke by stroke. Its replay leaves the same bytes.
 TEST(DocumentWriter, KeepsWhatTheHandDoes) {
   for (const ForceModel model : {ForceModel::series, ForceModel::energy})
     for (const bool threads : {false, true}) {
@@ -93,14 +92,14 @@ TEST(DocumentWriter, KeepsWhatTheHandDoes) {
           r.live->context().finish_stroke();
           writer.write();
         }
-        EXPECT_EQ(writer.trouble(), "");
+        EXPECT_EQ(writer.write_error(), "");
         EXPECT_FALSE(writer.document().in_stroke());
         EXPECT_EQ(writer.document().steps().at(writer.document().head()).hash,
                   r.live->context().model().content_hash());
       }
       auto after = Document::open(file, Document::Access::read);
       ASSERT_TRUE(after.ok()) << after.error();
-      // How many strokes a second of real time has, is the machine's.
+      // The number of strokes in a second of real time depends on the machine.
       EXPECT_GE(after.value()->steps().size(), threads ? 2u : 3u);
       EXPECT_EQ(after.value()->load().value()->content_hash(),
                 r.live->context().model().content_hash());
@@ -111,9 +110,9 @@ TEST(DocumentWriter, KeepsWhatTheHandDoes) {
     }
 }
 
-// Brushes: dabs are computed beside the servo, and yet what is in the document is what the model
-// is, stroke by stroke, and carving it again leaves the same bytes. Between cuts, with undo, with
-// strokes left off midway.
+// Brushes: dabs are computed in parallel with the servo. Still, the document matches the model,
+// stroke by stroke, and its replay leaves the same bytes. Includes cuts, undo, and strokes that are
+// interrupted.
 TEST(DocumentWriter, KeepsWhatABrushDoes) {
   for (const ForceModel model : {ForceModel::series, ForceModel::energy})
     for (const bool threads : {false, true}) {
@@ -140,7 +139,7 @@ TEST(DocumentWriter, KeepsWhatABrushDoes) {
       ASSERT_TRUE(document.ok()) << document.error();
       const Mode modes[] = {Mode::smooth, Mode::cut,     Mode::inflate, Mode::off,
                             Mode::rasp,   Mode::flatten, Mode::fill,    Mode::deposit};
-      double most = 0;
+      double largest = 0;
       {
         DocumentWriter writer(live, std::move(document).value());
         const auto change = [&](int i) {
@@ -164,7 +163,7 @@ TEST(DocumentWriter, KeepsWhatABrushDoes) {
               const LiveTick tick = live.tick(0.001);
               const double n = tick.computed.force.norm();
               if (reshapes(modes[static_cast<size_t>(i) % std::size(modes)])) {
-                most = std::max(most, n);
+                largest = std::max(largest, n);
                 EXPECT_LT(n, 500) << i;
               }
               if (k % 20 == 0) writer.write();
@@ -192,9 +191,9 @@ TEST(DocumentWriter, KeepsWhatABrushDoes) {
         } else {
           live.context().finish_stroke();
           writer.write();
-          EXPECT_GT(most, 0.01);  // how much depends on when the dabs are done
+          EXPECT_GT(largest, 0.01);  // the amount depends on when the dabs are done
         }
-        EXPECT_EQ(writer.trouble(), "");
+        EXPECT_EQ(writer.write_error(), "");
         EXPECT_EQ(writer.document().steps().at(writer.document().head()).hash,
                   live.context().model().content_hash());
       }
@@ -208,7 +207,7 @@ TEST(DocumentWriter, KeepsWhatABrushDoes) {
     }
 }
 
-// A hand that is faster than its dabs: they come later, and the stroke ends where the hand did.
+// A hand that is faster than its dabs: they come later, and the stroke ends where the hand ended.
 TEST(DocumentWriter, AFastBrushKeepsItsEnd) {
   Folder folder;
   const std::filesystem::path file = folder.path / "fast.kibori";
@@ -244,7 +243,7 @@ TEST(DocumentWriter, AFastBrushKeepsItsEnd) {
   Vec3 last = Vec3::Zero();
   ASSERT_TRUE(after
                   .for_ticks(after.head(),
-                             [&](const std::vector<StrokeTick>& ticks) -> Status {
+                             [&](const std::vector<RecordedTick>& ticks) -> Status {
                                last = test::tip_of(ticks.back());
                                return Ok{};
                              })
@@ -254,9 +253,9 @@ TEST(DocumentWriter, AFastBrushKeepsItsEnd) {
   expect_sound(after);
 }
 
-// Back and forth and elsewhere while the hand goes on, and strokes left off midway: the model is
-// always that of the step where the document stands, and all of it can be carved again.
-TEST(DocumentWriter, GoesBackAndForthWhileAHandCarves) {
+// Goes back and forth in the history while the hand continues, also during strokes. The model is
+// always that of the document's current step, and everything can be replayed.
+TEST(DocumentWriter, UndoAndRedoWhileAHandCarves) {
   Random random;
   Folder folder;
   for (const ForceModel model : {ForceModel::series, ForceModel::paper}) {
@@ -290,7 +289,7 @@ TEST(DocumentWriter, GoesBackAndForthWhileAHandCarves) {
         enum Action { kRun, kUndo, kRedo, kGo, kCancel };
         const auto action = static_cast<Action>(random.integer(kRun, kCancel));
         if (action == kRun) run(random.integer(1, 900));
-        // Half the time in the middle of a stroke, which then is finished first.
+        // Half the time in the middle of a stroke, which is finished first.
         const bool lifted = random.integer(0, 1) == 0;
         if (lifted) {
           set_mode(Mode::off);
@@ -330,23 +329,23 @@ TEST(DocumentWriter, GoesBackAndForthWhileAHandCarves) {
       EXPECT_NE(writer.notice().find("has no step 4711"), std::string::npos);
       live.context().finish_stroke();
       writer.write();
-      EXPECT_EQ(writer.trouble(), "");
+      EXPECT_EQ(writer.write_error(), "");
       EXPECT_EQ(writer.document().steps().at(writer.document().head()).hash,
                 live.context().model().content_hash());
       written = writer.document().steps().size();
     }
-    // So many rounds have some of everything.
+    // This many rounds contain every kind of action.
     EXPECT_TRUE(rounds < 100 || (undone > 0 && cancelled > 0 && written > 10));
     auto after = Document::open(file, Document::Access::read);
     ASSERT_TRUE(after.ok()) << after.error();
-    // Every step is finished, and its ticks and forces are those it was made of.
+    // Every step is finished, and its ticks and forces are those of the hand.
     for (const auto& [id, step] : after.value()->steps()) EXPECT_TRUE(step.finished);
     expect_sound(*after.value());
     EXPECT_EQ(after.value()->load().value()->content_hash(), live.context().model().content_hash());
   }
 }
 
-// What was cancelled is gone, whatever is asked for at the same moment.
+// A cancelled stroke is gone, even if another request comes at the same moment.
 TEST(DocumentWriter, CancelledBeforeAnythingElse) {
   Folder folder;
   Rig r = busy_rig(ForceModel::series);
@@ -369,8 +368,8 @@ TEST(DocumentWriter, CancelledBeforeAnythingElse) {
   EXPECT_EQ(live.context().model().content_hash(), writer.document().steps().at(1).hash);
 }
 
-// The same on three threads; the second time in a document that was just opened, whose states are
-// made beside the hand.
+// The same on three threads. The second time the document was just opened, so its states are made
+// in parallel with the hand.
 TEST(DocumentWriter, HistoryFromAnotherThread) {
   Random random;
   Folder folder;
@@ -421,7 +420,7 @@ TEST(DocumentWriter, HistoryFromAnotherThread) {
     EXPECT_TRUE(writer.idle());
     live.stop();
     writer.stop();
-    EXPECT_EQ(writer.trouble(), "");
+    EXPECT_EQ(writer.write_error(), "");
     EXPECT_EQ(writer.document().versions().size(), versions + static_cast<size_t>(calls));
     EXPECT_EQ(writer.document().steps().at(writer.document().head()).hash,
               live.context().model().content_hash());
@@ -431,8 +430,7 @@ TEST(DocumentWriter, HistoryFromAnotherThread) {
   expect_sound(*after.value());
 }
 
-// Where the hand was at each tick, and when: what a killed process leaves to those who look for
-// what was lost.
+// Position of the hand at each tick, and its time. A killed process leaves them to the checker.
 struct Witness {
   std::atomic<int64_t> ticks;
   double x_mm[20000];
@@ -466,8 +464,8 @@ class WatchedDevice final : public Device {
   Witness& witness_;
 };
 
-// kill -9 while a hand carves in real time: the file opens to an exact prefix. How long before the
-// end that prefix ends is printed.
+// kill -9 while a hand carves in real time: the file opens to an exact prefix. Prints how long
+// before the end the prefix ends.
 TEST(DocumentWriter, KilledWhileAHandCarves) {
   Random random;
   Folder folder;
@@ -475,8 +473,8 @@ TEST(DocumentWriter, KilledWhileAHandCarves) {
   auto* const witness = static_cast<Witness*>(
       mmap(nullptr, sizeof(Witness), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0));
   ASSERT_NE(witness, MAP_FAILED);
-  const char* const said = std::getenv("KIBORI_KILLS");
-  const int kills = said ? std::atoi(said) : 5;
+  const char* const value = std::getenv("KIBORI_KILLS");
+  const int kills = value ? std::atoi(value) : 5;
   std::vector<double> lost_ms;
   for (int round = 0; round < kills; round++) {
     for (const char* rest : {"", "-wal", "-shm"}) std::filesystem::remove(file.string() + rest);
@@ -504,7 +502,7 @@ TEST(DocumentWriter, KilledWhileAHandCarves) {
       DocumentWriter writer(*live.value(), std::move(document).value());
       writer.start();
       live.value()->start();
-      // Whatever comes from elsewhere ends a stroke, and the next begins.
+      // A request from another thread ends a stroke, and the next begins.
       for (int i = 0; i < 40; i++) {
         std::this_thread::sleep_for(std::chrono::milliseconds(150));
         live.value()->post([](ServoContext&) {});
@@ -522,13 +520,13 @@ TEST(DocumentWriter, KilledWhileAHandCarves) {
     auto document = Document::open(file, Document::Access::write);
     ASSERT_TRUE(document.ok()) << document.error() << random.note();
     expect_sound(*document.value());
-    // The last tick that is there, and the first that is not.
+    // The last stored tick, and the first missing one.
     const Step& last = document.value()->steps().rbegin()->second;
     if (last.stock) continue;
-    StrokeTick tick;
+    RecordedTick tick;
     ASSERT_TRUE(document.value()
                     ->for_ticks(last.id,
-                                [&](const std::vector<StrokeTick>& ticks) -> Status {
+                                [&](const std::vector<RecordedTick>& ticks) -> Status {
                                   tick = ticks.back();
                                   return Ok{};
                                 })
@@ -548,18 +546,17 @@ TEST(DocumentWriter, KilledWhileAHandCarves) {
                 lost_ms[lost_ms.size() / 2], lost_ms.back());
 }
 
-// What a process that is killed amid dabs and warps leaves to those who look: the model's hash
-// after each stroke, and where the tip was.
+// A process that is killed during dabs and warps leaves these to the checker: the model's hash
+// after each stroke, and the positions of the tip.
 struct Strokes {
   std::atomic<int64_t> ticks, ends, commits;
   uint64_t hashes[1000];
   Vec3 tips_mm[20000];
 };
 
-// kill -9 amid strokes of dabs, warps and clay: the file opens, `verify` carves all of it again to
-// the same bytes, and it is an exact prefix of what was done: the hashes after each stroke are
-// those that the process had, in their order, and each tick's tip is one of the hand's, in its
-// order.
+// kill -9 during strokes of dabs, warps and clay. The file opens, and `verify` replays it to the
+// same bytes. It is an exact prefix of what was done. The hashes after each stroke match those of
+// the process, in order. Each tick's tip is one of the hand's, in order.
 TEST(DocumentWriter, KilledAmidDabsAndWarps) {
   Random random;
   Folder folder;
@@ -605,7 +602,7 @@ TEST(DocumentWriter, KilledAmidDabsAndWarps) {
         const Mode mode = modes[static_cast<size_t>(i) % std::size(modes)];
         bool over = false;
         live.post([&over, mode, witness](ServoContext& c) {
-          // After the stroke before, when all of it is in the model.
+          // After the previous stroke, when all of it is in the model.
           witness->hashes[witness->ends++] = c.model().content_hash();
           c.settings().mode = mode;
           over = true;
@@ -639,7 +636,7 @@ TEST(DocumentWriter, KilledAmidDabsAndWarps) {
     for (const auto& [id, step] : document.value()->steps()) there.push_back(step.hash);
     for (std::vector<uint64_t>* hashes : {&had, &there})
       hashes->erase(std::unique(hashes->begin(), hashes->end()), hashes->end());
-    // The last stroke was cut off by the kill, or what was written of it.
+    // The kill, or a partial write, may have cut off the last stroke.
     if (there.size() > had.size() || there.back() != had[there.size() - 1]) {
       there.pop_back();
       amid++;
@@ -653,8 +650,8 @@ TEST(DocumentWriter, KilledAmidDabsAndWarps) {
       strokes++;
       modes_met.insert(document.value()->settings(id).value().mode);
       const Status read =
-          document.value()->for_ticks(id, [&](const std::vector<StrokeTick>& all) -> Status {
-            for (const StrokeTick& tick : all) {
+          document.value()->for_ticks(id, [&](const std::vector<RecordedTick>& all) -> Status {
+            for (const RecordedTick& tick : all) {
               while (at < ticks && witness->tips_mm[at] != test::tip_of(tick)) at++;
               EXPECT_LT(at, ticks) << "a tick that was never made";
             }
@@ -672,9 +669,9 @@ TEST(DocumentWriter, KilledAmidDabsAndWarps) {
   }
 }
 
-// The disk fills up while a hand carves: it is told, the hand goes on, back and forth too, and all
-// of it can be had elsewhere.
-TEST(DocumentWriter, AFullDiskIsToldAndNothingIsLost) {
+// The disk becomes full while a hand carves. This is reported, the hand continues, also in the
+// history, and everything can be saved elsewhere.
+TEST(DocumentWriter, AFullDiskIsReportedAndNothingIsLost) {
   FaultVfs& vfs = FaultVfs::get();
   vfs.reset();
   Folder folder;
@@ -694,12 +691,12 @@ TEST(DocumentWriter, AFullDiskIsToldAndNothingIsLost) {
       }
     };
     run(1500);
-    EXPECT_EQ(writer.trouble(), "");
+    EXPECT_EQ(writer.write_error(), "");
     vfs.error = SQLITE_FULL;
     vfs.fail_on = true;
     vfs.fail_at = vfs.count + 1;
     run(1500);
-    EXPECT_NE(writer.trouble().find("full.kibori"), std::string::npos) << writer.trouble();
+    EXPECT_NE(writer.write_error().find("full.kibori"), std::string::npos) << writer.write_error();
     writer.undo();
     run(1500);
     EXPECT_TRUE(writer.idle());
@@ -707,7 +704,7 @@ TEST(DocumentWriter, AFullDiskIsToldAndNothingIsLost) {
     writer.with([&](Document& d) { moved = d.move_to(other); });
     run(500);
     EXPECT_TRUE(moved.ok()) << moved.error();
-    EXPECT_EQ(writer.trouble(), "");
+    EXPECT_EQ(writer.write_error(), "");
     live.context().finish_stroke();
     writer.write();
   }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Files out and in: round trips, limits, hostile bytes, and a helper program that misbehaves.
+#include <algorithm>
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
@@ -11,6 +12,7 @@
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
+#include <png.h>
 #include <unistd.h>
 
 #include <kibori/base/file.h>
@@ -18,6 +20,7 @@
 #include <kibori/formats/import_helper.h>
 #include <kibori/formats/mesh_file.h>
 #include <kibori/formats/png_file.h>
+#include <kibori/formats/stl.h>
 #include <kibori/formats/surface_file.h>
 #include <kibori/formats/threemf.h>
 #include <kibori/formats/zip.h>
@@ -50,9 +53,9 @@ class Folder {
   std::filesystem::path path_;
 };
 
-// What is written is read back: the same corners to the bit, triangle by triangle, and a file that
-// welds by position has the same vertices again.
-TEST(SurfaceFile, ComesBackFromEveryFormat) {
+// A written file reads back: the same corners to the bit, triangle by triangle. A file that welds
+// by position has the same vertices again.
+TEST(SurfaceFile, RoundTripsThroughEveryFormat) {
   Lattice lattice;
   lattice.nodes = Index3(30, 25, 20);
   lattice.pitch_mm = 0.37;
@@ -103,8 +106,8 @@ TEST(SurfaceFile, ComesBackFromEveryFormat) {
             5);
 }
 
-// Several come back where they stand, each under its name where the format has names.
-TEST(SurfaceFile, ObjectsComeBackWhereTheyStand) {
+// Several objects keep their positions, and their names if the format has names.
+TEST(SurfaceFile, ObjectsKeepTheirPoses) {
   Lattice lattice;
   lattice.nodes = Index3(24, 20, 16);
   lattice.pitch_mm = 0.5;
@@ -159,7 +162,7 @@ TEST(SurfaceFile, ObjectsComeBackWhereTheyStand) {
   EXPECT_FALSE(std::filesystem::exists(folder / "b.3mf"));
 }
 
-// A cube of 10 mm as 3MF, by hand. `model`: replaces the whole model part.
+// A handwritten cube of 10 mm as 3MF. `model`: replaces the whole model part.
 std::string model_part(const std::string& more = "", const std::string& head = "") {
   std::string text = "<?xml version=\"1.0\"?>" + head +
                      "<model unit=\"centimeter\" "
@@ -228,12 +231,147 @@ TEST(ThreeMf, UnitsTransformsAndComponents) {
   EXPECT_NEAR((box.max - Vec3(110, 40, 50)).norm(), 0, 1e-9);
 }
 
+// What is left out of a file, or forbidden in it, is said.
+TEST(ThreeMf, SlicersPartsAndExtensions) {
+  const Folder folder;
+  std::vector<std::string> notes;
+  const auto read = [&](const std::string& model,
+                        std::vector<std::pair<std::string, std::string>> more = {}) {
+    notes.clear();
+    more.emplace_back("3D/3dmodel.model", model);
+    return parse_3mf(archive(folder, more), "a.3mf", &notes);
+  };
+  const auto expected = [&](const std::string& what) {
+    return std::ranges::any_of(notes, [&](const std::string& note) {
+      return note.find("a.3mf: ") == 0 && note.find(what) != std::string::npos;
+    });
+  };
+  const std::string plain = model_part();
+  ASSERT_TRUE(read(plain).ok());
+  EXPECT_TRUE(notes.empty()) << notes[0];
+  // PrusaSlicer: triangles 0 to 11 are the solid, the next two belong to something else.
+  const std::string two = replaced(plain, "</triangles>",
+                                   "<triangle v1=\"0\" v2=\"3\" v3=\"7\"/><triangle v1=\"0\" "
+                                   "v2=\"7\" v3=\"3\"/></triangles>");
+  const auto config = [](const std::string& kind) {
+    return "<config><object id=\"1\"><volume firstid=\"0\" lastid=\"11\"><metadata "
+           "key=\"volume_type\""
+           " value=\"ModelPart\"/></volume><volume firstid=\"12\" lastid=\"13\"><metadata "
+           "type=\"volume\" " +
+           kind + "/></volume></object></config>";
+  };
+  for (const char* kind : {"ParameterModifier", "SupportBlocker", "SupportEnforcer"}) {
+    const auto mesh =
+        read(two, {{"Metadata/Slic3r_PE_model.config",
+                    config("key=\"volume_type\" value=\"" + std::string(kind) + "\"")}});
+    ASSERT_TRUE(mesh.ok()) << mesh.error();
+    EXPECT_EQ(mesh.value().triangles.size(), 12u);
+    EXPECT_TRUE(expected("'" + std::string(kind) + "'"));
+  }
+  EXPECT_EQ(read(two, {{"Metadata/Slic3r_PE_model.config", config("key=\"modifier\" value=\"1\"")}})
+                .value()
+                .triangles.size(),
+            12u);
+  EXPECT_EQ(read(two, {{"Metadata/Slic3r_PE_model.config",
+                        config("key=\"volume_type\" value=\"NegativeVolume\"")}})
+                .value()
+                .triangles.size(),
+            12u);
+  EXPECT_TRUE(expected("negative part"));
+  EXPECT_EQ(read(two, {{"Metadata/Slic3r_PE_model.config", "<config"}}).value().triangles.size(),
+            14u);
+  EXPECT_TRUE(expected("is not proper XML"));
+  // Bambu Studio: parts are components.
+  const std::string parts = replaced(
+      model_part("<object id=\"2\"><components><component objectid=\"1\"/></components></object>"
+                 "<object id=\"3\"><components><component objectid=\"1\"/><component "
+                 "objectid=\"2\"/></components></object>"),
+      kItem, "<item objectid=\"3\"/>");
+  EXPECT_EQ(read(parts).value().triangles.size(), 24u);
+  for (const char* kind : {"modifier_part", "negative_part", "support_blocker"}) {
+    EXPECT_EQ(
+        read(parts, {{"Metadata/model_settings.config",
+                      "<config><object id=\"3\"><part id=\"1\" subtype=\"normal_part\"/><part "
+                      "id=\"2\" subtype=\"" +
+                          std::string(kind) + "\"/></object></config>"}})
+            .value()
+            .triangles.size(),
+        12u);
+    EXPECT_EQ(notes.size(), 1u);
+  }
+  // Required extensions by their names.
+  const auto requires_one = [&](const std::string& name, const std::string& space) {
+    return read(replaced(plain, "<model ",
+                         "<model xmlns:q=\"http://schemas.microsoft.com/" + space +
+                             "\" requiredextensions=\"" + name + "\" "));
+  };
+  EXPECT_TRUE(requires_one("q", "3dmanufacturing/production/2015/06").ok());
+  EXPECT_TRUE(requires_one("q", "3dmanufacturing/material/2015/02").ok());
+  for (const char* space : {"3dmanufacturing/beamlattice/2017/02", "x"}) {
+    const auto refused = requires_one("q", space);
+    ASSERT_FALSE(refused.ok());
+    EXPECT_NE(refused.error().find("'q' (http://schemas.microsoft.com/" + std::string(space)),
+              std::string::npos)
+        << refused.error();
+  }
+  EXPECT_FALSE(requires_one("z", "3dmanufacturing/production/2015/06").ok());
+  // Beside the mesh.
+  ASSERT_TRUE(read(replaced(plain, "</mesh>", "<beamlattice/></mesh>")).ok());
+  EXPECT_TRUE(expected("'beamlattice'"));
+  ASSERT_TRUE(
+      read(replaced(plain, "<object id=\"1\"", "<basematerials id=\"1\"/><object id=\"1\"")).ok());
+  EXPECT_TRUE(expected("two resources have the id '1'"));
+  ASSERT_TRUE(read(replaced(plain, "<object id=\"1\"", "<object type=\"odd\" id=\"1\"")).ok());
+  EXPECT_TRUE(expected("'odd'"));
+}
+
+// Sizes of 64 bits in the directory, as programs write that stream an archive.
+TEST(ThreeMf, ArchivesWithSixtyFourBitSizes) {
+  const Folder folder;
+  const std::string small = with_model(folder, model_part());
+  const auto number = [](uint64_t value, int bytes) {
+    std::string text;
+    for (int i = 0; i < bytes; i++) text += static_cast<char>(value >> (8 * i));
+    return text;
+  };
+  const auto at = [&](size_t place) {
+    uint64_t value = 0;
+    for (size_t i = 4; i > 0; i--)
+      value = value << 8 | static_cast<unsigned char>(small[place + i - 1]);
+    return value;
+  };
+  const size_t end = small.size() - 22, central = at(end + 16);
+  const std::string extra = "\x55\x55" + number(2, 2) + "xy" + number(1, 2) + number(24, 2) +
+                            number(at(central + 24), 8) + number(at(central + 20), 8) +
+                            number(at(central + 42), 8);
+  std::string entry = small.substr(central, end - central);
+  const std::string ones(4, '\xff');
+  entry.replace(20, 8, ones + ones).replace(42, 4, ones).replace(30, 2, number(extra.size(), 2));
+  entry += extra;
+  const std::string record = "PK\6\6" + number(44, 8) + number(45, 2) + number(45, 2) +
+                             number(0, 8) + number(1, 8) + number(1, 8) + number(entry.size(), 8) +
+                             number(central, 8);
+  const std::string locator =
+      "PK\6\7" + number(0, 4) + number(central + entry.size(), 8) + number(1, 4);
+  std::string last = small.substr(end);
+  last.replace(8, 12, std::string(12, '\xff'));
+  const std::string large = small.substr(0, central) + entry + record + locator + last;
+  const auto mesh = parse_3mf(large, "a");
+  ASSERT_TRUE(mesh.ok()) << mesh.error();
+  EXPECT_NEAR(volume_of(mesh.value()), 1000, 1e-9);
+  for (size_t size = central; size < large.size(); size++)
+    EXPECT_FALSE(parse_3mf(large.substr(0, size), "a").ok());
+  std::string lying = large;
+  lying.replace(central + entry.size() + 48, 8, number(uint64_t{1} << 62, 8));
+  EXPECT_FALSE(parse_3mf(lying, "a").ok());
+}
+
 TEST(ThreeMf, HostileArchivesAreRefused) {
   const Folder folder;
-  const auto refused = [&](const std::string& bytes, const std::string& says) {
+  const auto refused = [&](const std::string& bytes, const std::string& expected) {
     const auto mesh = parse_3mf(bytes, "a.3mf");
-    ASSERT_FALSE(mesh.ok()) << says;
-    EXPECT_NE(mesh.error().find(says), std::string::npos) << mesh.error();
+    ASSERT_FALSE(mesh.ok()) << expected;
+    EXPECT_NE(mesh.error().find(expected), std::string::npos) << mesh.error();
     EXPECT_EQ(mesh.error().find("a.3mf: "), 0u) << mesh.error();
   };
   refused("", "no ZIP");
@@ -255,7 +393,7 @@ TEST(ThreeMf, HostileArchivesAreRefused) {
   refused(with_model(folder, text), "not a number");
   text = replaced(model_part(), "centimeter", "furlong");
   refused(with_model(folder, text), "furlong");
-  // Components without end, and as a bomb: 10 in each of 30 levels.
+  // Infinite recursion of components; and a bomb: 10 in each of 30 levels.
   text =
       model_part("<object id=\"2\"><components><component objectid=\"2\"/></components></object>");
   text = replaced(text, kItem, "<item objectid=\"2\"/>");
@@ -272,7 +410,7 @@ TEST(ThreeMf, HostileArchivesAreRefused) {
   refused(with_model(folder, text), "more objects");
 }
 
-// Every prefix and many flipped bits: an answer or a refusal, never a crash.
+// Every prefix and many flipped bits: an answer or an error, never a crash.
 template <class Parse>
 void torment(const std::string& bytes, Parse&& parse) {
   Random random;
@@ -293,6 +431,52 @@ TEST(Hostile, ThreeMf) {
     EXPECT_TRUE(mesh.ok() || !mesh.error().empty());
   });
 }
+// A chunk that says how bright a picture is on a screen changes no height: with alpha, in colours.
+TEST(PngFile, ColorSpacesChangeNothing) {
+  const auto bytes_of = [](bool color, int chunk) {
+    std::string out;
+    png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
+    png_infop info = png_create_info_struct(png);
+    png_set_write_fn(
+        png, &out,
+        [](png_structp writer, png_bytep data, png_size_t size) {
+          static_cast<std::string*>(png_get_io_ptr(writer))
+              ->append(reinterpret_cast<const char*>(data), size);
+        },
+        [](png_structp) {});
+    png_set_IHDR(png, info, 4, 1, 8, color ? PNG_COLOR_TYPE_RGB_ALPHA : PNG_COLOR_TYPE_GRAY_ALPHA,
+                 PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+    if (chunk == 1) png_set_sRGB(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
+    if (chunk == 2) png_set_gAMA(png, info, 0.45455);
+    if (chunk == 3) png_set_gAMA(png, info, 1);
+    png_write_info(png, info);
+    std::vector<png_byte> row;
+    for (int x = 0; x < 4; x++) {
+      for (int c = 0; c < (color ? 3 : 1); c++)
+        row.push_back(static_cast<png_byte>(60 * x + 20 + 5 * c));
+      row.push_back(static_cast<png_byte>(x % 2 ? 128 : 255));
+    }
+    png_write_row(png, row.data());
+    png_write_end(png, info);
+    png_destroy_write_struct(&png, &info);
+    return out;
+  };
+  for (const bool color : {false, true}) {
+    const std::string plain = bytes_of(color, 0);
+    const auto wanted = parse_png_grey({plain.data(), plain.size()}, "a");
+    ASSERT_TRUE(wanted) << wanted.error();
+    if (!color) {
+      EXPECT_NEAR(wanted.value().pixels[1], 80 * 257 * 128 / 255.0, 60);
+    }
+    for (const int chunk : {1, 2, 3}) {
+      const std::string bytes = bytes_of(color, chunk);
+      const auto map = parse_png_grey({bytes.data(), bytes.size()}, "a");
+      ASSERT_TRUE(map) << map.error();
+      EXPECT_EQ(map.value().pixels, wanted.value().pixels) << color << " " << chunk;
+    }
+  }
+}
+
 TEST(Hostile, Png) {
   const Folder folder;
   std::vector<uint16_t> pixels(32 * 20);
@@ -312,17 +496,16 @@ TEST(Hostile, Stl) {
   std::string bytes(84, '\0');
   bytes[80] = 40;
   bytes.resize(84 + 40 * 50, 'a');
-  torment(bytes, [](const std::string& b) {
-    EXPECT_FALSE(parse_stl(b.data(), b.size(), "a").ok() && b.size() < 84);
-  });
+  torment(bytes,
+          [](const std::string& b) { EXPECT_FALSE(parse_stl(b, "a").ok() && b.size() < 84); });
 }
 
-// The helper is another program, and whatever it does becomes one sentence here.
+// The helper is another program. Anything that it does becomes one sentence here.
 class HelperTest : public ::testing::Test {
  protected:
   void TearDown() override { unsetenv("KIBORI_IMPORT"); }
   // Reads a file with this shell script as the helper.
-  std::string said(const std::string& script) {
+  std::string message_of(const std::string& script) {
     const auto program = folder_.write("helper", "#!/bin/sh\n" + script + "\n");
     std::filesystem::permissions(program, std::filesystem::perms::owner_all);
     setenv("KIBORI_IMPORT", program.c_str(), 1);
@@ -333,27 +516,28 @@ class HelperTest : public ::testing::Test {
   Folder folder_;
 };
 TEST_F(HelperTest, CrashesAndNonsenseAreOneSentence) {
-  EXPECT_NE(said("kill -SEGV $$").find("crashes the importer"), std::string::npos);
-  EXPECT_NE(said("kill -KILL $$").find("too long or too much"), std::string::npos);
-  EXPECT_NE(said("echo 'a.obj: is odd' >&2; echo more >&2; exit 2").find("a.obj: is odd"),
+  EXPECT_NE(message_of("kill -SEGV $$").find("crashes the importer"), std::string::npos);
+  EXPECT_NE(message_of("kill -KILL $$").find("too long or too much"), std::string::npos);
+  EXPECT_NE(message_of("echo 'a.obj: is odd' >&2; echo more >&2; exit 2").find("a.obj: is odd"),
             std::string::npos);
-  EXPECT_NE(said("exit 0").find("no proper mesh"), std::string::npos);
-  EXPECT_NE(said("echo KIBMESH1 >&3").find("no proper mesh"), std::string::npos);
-  // A head that promises 2^60 vertices, and one that holds an index out of range.
-  EXPECT_NE(said("printf 'KIBMESH1\\0\\0\\0\\0\\0\\0\\0\\020\\1\\0\\0\\0\\0\\0\\0\\0' >&3")
+  EXPECT_NE(message_of("exit 0").find("no proper mesh"), std::string::npos);
+  EXPECT_NE(message_of("echo KIBMESH1 >&3").find("no proper mesh"), std::string::npos);
+  // A header that promises 2^60 vertices, and one with an index out of range.
+  EXPECT_NE(message_of("printf 'KIBMESH1\\0\\0\\0\\0\\0\\0\\0\\020\\1\\0\\0\\0\\0\\0\\0\\0' >&3")
                 .find("more triangles"),
             std::string::npos);
-  EXPECT_NE(said("(printf 'KIBMESH1\\0\\0\\0\\0\\0\\0\\0\\0\\1\\0\\0\\0\\0\\0\\0\\0'; head -c 12 "
+  EXPECT_NE(
+      message_of("(printf 'KIBMESH1\\0\\0\\0\\0\\0\\0\\0\\0\\1\\0\\0\\0\\0\\0\\0\\0'; head -c 12 "
                  "/dev/zero) >&3")
-                .find("no proper mesh"),
-            std::string::npos);
-  EXPECT_NE(said("head -c 300000 /dev/zero | tr '\\0' 'x' >&2; exit 2").find("xxx"),
+          .find("no proper mesh"),
+      std::string::npos);
+  EXPECT_NE(message_of("head -c 300000 /dev/zero | tr '\\0' 'x' >&2; exit 2").find("xxx"),
             std::string::npos);
   setenv("KIBORI_IMPORT", "/no/such/program", 1);
   EXPECT_NE(read_mesh(folder_ / "a.obj").error().find("does not start"), std::string::npos);
 }
 TEST_F(HelperTest, HostileFilesOfOtherFormats) {
-  // Counts that lie, text that is none, and plain rubbish: each is refused, and quickly.
+  // Wrong counts, invalid text, and garbage: each is refused, and quickly.
   const auto refused = [&](const std::string& name, const std::string& bytes) {
     const auto mesh = read_mesh(folder_.write(name, bytes));
     ASSERT_FALSE(mesh.ok()) << name;
@@ -371,7 +555,7 @@ TEST_F(HelperTest, HostileFilesOfOtherFormats) {
   refused("g.3mf", "PK\3\4");
   refused("h.obj", std::string(100000, '\xff'));
 }
-// Whatever a parser tries, in a process of its own: each is refused, and the process goes on.
+// Everything that a parser may try, in its own process: each is refused, and the process continues.
 TEST(Confined, OpensAndStartsNothing) {
 #ifdef KIBORI_SANITIZED
   GTEST_SKIP() << "sanitisers open files themselves";
@@ -383,7 +567,7 @@ TEST(Confined, OpensAndStartsNothing) {
     const int held = open(canary.c_str(), O_RDONLY);
     confine_helper();
     char text[8];
-    int wrong = read(held, text, sizeof text) == 8 ? 0 : 1;  // what is open stays so
+    int wrong = read(held, text, sizeof text) == 8 ? 0 : 1;  // open files stay open
     const auto must_fail = [&](bool failed) { wrong += failed ? 0 : 1; };
     must_fail(open(canary.c_str(), O_RDONLY) < 0);
     must_fail(open((canary + "2").c_str(), O_RDWR | O_CREAT, 0600) < 0);
@@ -398,7 +582,7 @@ TEST(Confined, OpensAndStartsNothing) {
   int status = -1;
   ASSERT_EQ(waitpid(child, &status, 0), child);
   EXPECT_TRUE(WIFEXITED(status));
-  EXPECT_EQ(WEXITSTATUS(status), 0) << "so many things were not refused";
+  EXPECT_EQ(WEXITSTATUS(status), 0) << "the exit status counts what was not refused";
 }
 
 TEST(NewFile, FourWritersLeaveOneWhole) {
@@ -421,7 +605,7 @@ TEST(NewFile, FourWritersLeaveOneWhole) {
     for (const char c : whole) ASSERT_EQ(c, whole[0]);
   }
   EXPECT_EQ(read_file(folder / "u.bin.part").value().size(), 14u);
-  // Nothing is left beside it.
+  // No other file is left.
   size_t files = 0;
   for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder / "."))
     files++;

@@ -42,11 +42,11 @@ TEST_F(ForceDimension, ReadsAndWritesInOurAxes) {
   EXPECT_EQ(device.capabilities().force_n, 12);
   EXPECT_EQ(fake_->forces_on, 1);
   EXPECT_EQ(fake_->watchdog, 160);  // 20 ms in steps of 125 us
-  // Theirs: x to the user, y right, z up.
+  // The vendor's frame: x to the user, y right, z up.
   fake_->position[0] = -0.01, fake_->position[1] = 0.02, fake_->position[2] = 0.03;
   fake_->velocity[1] = 0.5;
   fake_->buttons = 9;
-  // A quarter turn about z is one in any frame with that z.
+  // A quarter turn about z is the same in any frame with that z.
   const double turn[3][3] = {{0, -1, 0}, {1, 0, 0}, {0, 0, 1}};
   std::memcpy(fake_->frame, turn, sizeof turn);
   DeviceReading reading;
@@ -55,7 +55,7 @@ TEST_F(ForceDimension, ReadsAndWritesInOurAxes) {
   EXPECT_NEAR((reading.velocity_mm_s - Vec3(500, 0, 0)).norm(), 0, 1e-9);
   EXPECT_NEAR((reading.frame * Vec3::UnitX() - Vec3::UnitY()).norm(), 0, 1e-9);
   EXPECT_EQ(reading.buttons, 9u);
-  // Ours to theirs and back.
+  // From our frame to the vendor's and back.
   ASSERT_EQ(device.write({Vec3(1, 2, 3), Vec3(4, 5, 6)}), DeviceStatus::ok);
   EXPECT_EQ(fake_->force[0], -2);
   EXPECT_EQ(fake_->force[1], 1);
@@ -68,7 +68,7 @@ TEST_F(ForceDimension, ReadsAndWritesInOurAxes) {
   fake_->read_result = 0;
   EXPECT_EQ(device.read(reading), DeviceStatus::ok);
   EXPECT_EQ(reading.age_s, 0);
-  // A saturated motor is no fault.
+  // A saturated motor is not an error.
   fake_->write_result = 2;
   EXPECT_EQ(device.write({}), DeviceStatus::ok);
   opened.value().reset();
@@ -97,12 +97,12 @@ TEST_F(ForceDimension, EveryErrorCodeIsAFaultThatStays) {
       EXPECT_EQ(opened.value()->read(reading), expected);
       EXPECT_EQ(opened.value()->write({}), expected);
       EXPECT_NE(opened.value()->complaint().find("what the vendor says"), std::string::npos);
-      // The force from before is gone, where there is still somebody to tell.
+      // The previous force is cleared, if the device can still be reached.
       if (!gone && where != &FakeDhd::write_result) {
         EXPECT_EQ(fake_->force[2], 0);
       }
     }
-  // A position that is none.
+  // A position that is not finite.
   *fake_ = FakeDhd();
   auto opened = ForceDimensionDevice::open();
   ASSERT_TRUE(opened.ok());
@@ -111,7 +111,7 @@ TEST_F(ForceDimension, EveryErrorCodeIsAFaultThatStays) {
   EXPECT_EQ(opened.value()->read(reading), DeviceStatus::failed);
 }
 
-TEST_F(ForceDimension, SaysWhyItIsNotThere) {
+TEST_F(ForceDimension, ReportsWhyItIsMissing) {
   fake_->devices = 0;
   EXPECT_NE(ForceDimensionDevice::open().error().find("plugged in"), std::string::npos);
   fake_->devices = -1;
@@ -123,7 +123,7 @@ TEST_F(ForceDimension, SaysWhyItIsNotThere) {
   fake_->enable_result = -1;
   EXPECT_NE(ForceDimensionDevice::open().error().find("switched on"), std::string::npos);
   EXPECT_EQ(fake_->closed, 1);
-  // A library of that name which is another.
+  // Another library with that name.
   setenv("FORCEDIM_SDK", "/nonexistent", 1);
   EXPECT_NE(ForceDimensionDevice::open().error().find("FORCEDIM_SDK"), std::string::npos);
   *fake_ = FakeDhd();

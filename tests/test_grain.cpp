@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Wood that is felt: forces against closed forms and against dense sampling of the wood that was
-// removed, in any direction and any place; what it must not change.
+// Forces of wood with grain: against closed forms and against dense sampling of the removed wood,
+// in any direction and place. Also what grain must not change.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -43,52 +43,54 @@ ForceLaw energy() {
   return law;
 }
 
-TEST(Grain, TheMeanOfARingIsAsItIsSaid) {
+TEST(Grain, TheMeanOfARingMatchesItsMaterial) {
   double sum = 0;
   constexpr int kSamples = 400000;
   for (int i = 0; i < kSamples; i++) sum += late_wood((i + 0.5) * 400 / kSamples);
   EXPECT_NEAR(sum / kSamples, kMeanLate, 0.001);
 }
 
-// A box that is driven through the wood below its surface takes u(theta) times what it faces.
+// A box is driven through the wood below its surface. Its force is u(theta) times its front area.
 TEST(Grain, AlongAndAcrossAreHankinsons) {
   const double pi = std::numbers::pi;
   for (int i = 0; i <= 12; i++) {
-    const double turn = i * pi / 24, lean = (i % 3) * 0.2;  // of the way, and of the grain
+    const double turn = i * pi / 24, lean = (i % 3) * 0.2;  // of the path, and of the grain
     TriDexel model = block(Vec3(40, 40, 20), 0.5);
     const std::vector<Material> materials{wood(kAlong, 0)};
     Log log;
     log.along = Vec3(std::cos(lean), 0, std::sin(lean));
     const Grain grain(log, model.lattice(), materials);
-    const Vec3 way(std::cos(turn), std::sin(turn), 0);
+    const Vec3 direction(std::cos(turn), std::sin(turn), 0);
     const Vec3 start(12, 12, 8);
     DirectTool tool(model, {start, frame_from_axis(Vec3::UnitZ(), turn)});
     tool.set_grain(&grain);
     const Tool box = BoxTool{Vec3(4, 6, 5)};
     const auto pull = [&](DirectTool& by, const std::vector<Material>& of) {
-      // The first tick takes out what it stands in.
-      EXPECT_TRUE(by.advance(box, start + 0.5 * way, Vec3::Zero(), Mode::cut, energy(), of).ok());
-      const auto tick = by.advance(box, start + 3 * way, Vec3::Zero(), Mode::cut, energy(), of);
+      // The first tick removes the volume that the tool occupies.
+      EXPECT_TRUE(
+          by.advance(box, start + 0.5 * direction, Vec3::Zero(), Mode::cut, energy(), of).ok());
+      const auto tick =
+          by.advance(box, start + 3 * direction, Vec3::Zero(), Mode::cut, energy(), of);
       EXPECT_TRUE(tick.ok());
       return tick.value().wrench.force;
     };
-    const double cos = way.dot(log.along), sin2 = 1 - cos * cos;
+    const double cos = direction.dot(log.along), sin2 = 1 - cos * cos;
     const double u = kAlong * kU / (kAlong * sin2 + kU * cos * cos);
-    const Vec3 felt = pull(tool, materials);
-    const double force = felt.norm();
-    // What the fields make of a face that stands across them is off by up to a percent.
+    const Vec3 pulled = pull(tool, materials);
+    const double force = pulled.norm();
+    // For an oblique face, the volumes of the fields are wrong by up to a percent.
     EXPECT_NEAR(force, u * 6 * 5, 0.015 * u * 30) << i;
-    // It is against the way.
-    EXPECT_NEAR(felt.dot(way), -force, 1e-9 * force);
+    // It acts against the motion.
+    EXPECT_NEAR(pulled.dot(direction), -force, 1e-9 * force);
     TriDexel same = block(Vec3(40, 40, 20), 0.5);
     DirectTool plain(same, {start, frame_from_axis(Vec3::UnitZ(), turn)});
     EXPECT_NEAR(force / pull(plain, {wood(0, 0)}).norm(), u / kU, 1e-5) << i;
   }
 }
 
-// Of random tools, ways and logs: the work over the way is the integral of u over what was removed,
-// which is sampled in cells of a fifth.
-TEST(Grain, RingsAreFeltWhereTheyAre) {
+// Random tools, paths and logs. The work over the path is the integral of u over the removed
+// volume. It is sampled in cells of a fifth.
+TEST(Grain, RingsResistWhereTheyAre) {
   Random random;
   for (int trial = 0; trial < 12; trial++) {
     SCOPED_TRACE(random.note());
@@ -100,29 +102,30 @@ TEST(Grain, RingsAreFeltWhereTheyAre) {
     log.ring = random.uniform(2.5, 6);
     const Grain grain(log, model.lattice(), materials);
     const double radius = random.uniform(3, 5);
-    const Vec3 start = random.in_box(6, 14), way = random.direction() * random.uniform(3, 6);
+    const Vec3 start = random.in_box(6, 14), direction = random.direction() * random.uniform(3, 6);
     DirectTool tool(model, {start - Vec3(0, 0, radius), frame_from_axis(Vec3::UnitZ())});
     tool.set_grain(&grain);
-    const auto tick = tool.advance(BallTool{radius}, start - Vec3(0, 0, radius) + way, Vec3::Zero(),
-                                   Mode::cut, energy(), materials);
+    const auto tick = tool.advance(BallTool{radius}, start - Vec3(0, 0, radius) + direction,
+                                   Vec3::Zero(), Mode::cut, energy(), materials);
     ASSERT_TRUE(tick.ok());
-    // The same cut in plain wood: what dexels make of a ball's volume is not the grain's.
+    // The same cut in plain wood: it shares the discretisation error of the ball's volume.
     TriDexel same = block(Vec3(24, 22, 16), 0.25);
     DirectTool plain(same, {start - Vec3(0, 0, radius), frame_from_axis(Vec3::UnitZ())});
-    const auto unfelt = plain.advance(BallTool{radius}, start - Vec3(0, 0, radius) + way,
-                                      Vec3::Zero(), Mode::cut, energy(), {wood(0, 0)});
-    ASSERT_TRUE(unfelt.ok());
-    // The ball's start has no way of its own (see DirectTool::stand).
+    const auto without_grain =
+        plain.advance(BallTool{radius}, start - Vec3(0, 0, radius) + direction, Vec3::Zero(),
+                      Mode::cut, energy(), {wood(0, 0)});
+    ASSERT_TRUE(without_grain.ok());
+    // The ball's start has no path (see DirectTool::stand).
     double sum = 0, volume = 0;
     constexpr double kStep = 0.1;
-    const double cos = way.dot(log.along) / way.norm(), along = materials[0].u_along;
+    const double cos = direction.dot(log.along) / direction.norm(), along = materials[0].u_along;
     const double u = along * kU / (along * (1 - cos * cos) + kU * cos * cos);
     for (double z = kStep / 2; z < 16; z += kStep)
       for (double y = kStep / 2; y < 22; y += kStep)
         for (double x = kStep / 2; x < 24; x += kStep) {
           const Vec3 p = Vec3(x, y, z) - start;
-          const double s = std::clamp(p.dot(way) / way.squaredNorm(), 0.0, 1.0);
-          if ((p - s * way).norm() >= radius || p.norm() < radius) continue;
+          const double s = std::clamp(p.dot(direction) / direction.squaredNorm(), 0.0, 1.0);
+          if ((p - s * direction).norm() >= radius || p.norm() < radius) continue;
           const Vec3 at(x, y, z);
           sum += u * (1 + materials[0].ring *
                               (late_wood(rings_at(log, at, ring_wave(log, at))) - kMeanLate));
@@ -130,23 +133,23 @@ TEST(Grain, RingsAreFeltWhereTheyAre) {
         }
     if (volume < 2000) continue;
     const double expected = sum / volume / kU;
-    EXPECT_NEAR(tick.value().wrench.force.norm() / unfelt.value().wrench.force.norm(), expected,
-                0.01 * expected);
+    EXPECT_NEAR(tick.value().wrench.force.norm() / without_grain.value().wrench.force.norm(),
+                expected, 0.01 * expected);
   }
 }
 
-// Neither a little turn of the way nor a little step aside makes a jump.
+// A small turn of the path or a small step aside causes no jump.
 TEST(Grain, ForceIsContinuousInDirectionAndPlace) {
   const std::vector<Material> materials{wood(kAlong, 1)};
   const auto force_of = [&](double turn, double aside) {
     TriDexel model = block(Vec3(30, 30, 12), 0.5);
     const std::shared_ptr<const Grain> grain = Grain::of(model.lattice(), materials);
     EXPECT_TRUE(grain);
-    const Vec3 way(std::cos(turn), std::sin(turn), 0), start(8, 8 + aside, 4);
+    const Vec3 direction(std::cos(turn), std::sin(turn), 0), start(8, 8 + aside, 4);
     DirectTool tool(model, {start, frame_from_axis(Vec3::UnitZ(), turn)});
     tool.set_grain(grain.get());
-    const auto tick =
-        tool.advance(BallTool{3}, start + 6 * way, Vec3::Zero(), Mode::cut, energy(), materials);
+    const auto tick = tool.advance(BallTool{3}, start + 6 * direction, Vec3::Zero(), Mode::cut,
+                                   energy(), materials);
     EXPECT_TRUE(tick.ok());
     return tick.value().wrench.force.norm();
   };
@@ -164,8 +167,8 @@ TEST(Grain, ForceIsContinuousInDirectionAndPlace) {
   }
 }
 
-// A grain that makes no difference makes none: also where the tool turns, in several materials, and
-// to the moment.
+// A grain without differences changes nothing, also if the tool turns, in several materials, and
+// for the moment.
 TEST(Grain, WithoutADifferenceForcesAreThoseOfPlainWood) {
   Random random;
   for (int trial = 0; trial < 30; trial++) {
@@ -198,10 +201,10 @@ TEST(Grain, WithoutADifferenceForcesAreThoseOfPlainWood) {
   }
 }
 
-// What is put down resists as the wood that it is, whatever wood it is put down beside and into.
-TEST(Grain, ADepositIsFeltAsItsOwnWood) {
-  for (const bool beside_grain : {false, true}) {
-    const Material put = wood(kU * (1 + 1e-13), 0), there = beside_grain ? wood(4, 3) : wood(0, 0);
+// A deposit resists as its own wood, also next to another wood.
+TEST(Grain, ADepositResistsAsItsOwnWood) {
+  for (const bool next_to_grain : {false, true}) {
+    const Material put = wood(kU * (1 + 1e-13), 0), there = next_to_grain ? wood(4, 3) : wood(0, 0);
     const std::vector<Material> materials{there, put};
     TriDexel model(make_lattice(Vec3(30, 20, 20), 0.5, 6).value());
     model.fill_block({Vec3::Zero(), Vec3(30, 20, 12)}, 0);
@@ -211,15 +214,15 @@ TEST(Grain, ADepositIsFeltAsItsOwnWood) {
     const auto tick = tool.advance(BoxTool{Vec3(4, 6, 8)}, Vec3(12, 10, 9), Vec3::Zero(),
                                    Mode::deposit, energy(), materials, 1);
     ASSERT_TRUE(tick.ok());
-    // 5 mm of its 8 are above the wood.
-    EXPECT_NEAR(tick.value().wrench.force.norm(), kU * 6 * 5, 0.02 * kU * 30) << beside_grain;
+    // 5 mm of its 8 are above the wood. Of its path of 8 cells, half a cell is still unpaid.
+    EXPECT_NEAR(tick.value().wrench.force.norm(), kU * 6 * 5 * (1 - 0.5 / 8), 0.02 * kU * 30)
+        << next_to_grain;
   }
 }
 
-// A hand that drives a tool on a spring needs less along the grain than across it, as the woods
-// say.
-TEST(Grain, AHandFeelsItThroughTheSpring) {
-  const auto pull = [](const Vec3& way) {
+// A hand that drives a tool on a spring needs less force along the grain than across it.
+TEST(Grain, TheSpringTransmitsTheGrain) {
+  const auto pull = [](const Vec3& direction) {
     TriDexel model = block(Vec3(60, 60, 14), 0.5);
     const std::vector<Material> materials{wood(kU / 2, 0)};
     Log log;
@@ -228,14 +231,14 @@ TEST(Grain, AHandFeelsItThroughTheSpring) {
     SeriesSpring spring;
     spring.stiffness_n_mm = 400;
     spring.friction = 0;
-    const Vec3 start = Vec3(30, 30, 12) - 34 * way;
+    const Vec3 start = Vec3(30, 30, 12) - 34 * direction;
     SpringTool tool(model, {start, frame_from_axis(Vec3::UnitZ())}, spring);
     tool.set_grain(&grain);
     double sum = 0;
     int count = 0;
     for (int i = 1; i <= 500; i++) {
       const auto tick =
-          tool.advance(Flat{3, 10}, {start + 0.1 * i * way, frame_from_axis(Vec3::UnitZ())},
+          tool.advance(Flat{3, 10}, {start + 0.1 * i * direction, frame_from_axis(Vec3::UnitZ())},
                        Mode::cut, materials);
       EXPECT_TRUE(tick.ok());
       if (i < 200) continue;
@@ -249,20 +252,22 @@ TEST(Grain, AHandFeelsItThroughTheSpring) {
   EXPECT_NEAR(across, kU * 6 * 2, 0.03 * across);
 }
 
-TEST(Grain, WoodsHaveOneAndWaxHasNone) {
-  for (const Species& species : known_species()) {
-    const bool is_wood = species.material.name != "wax" && species.material.name != "clay" &&
-                         species.material.name != "foam";
-    EXPECT_EQ(has_grain(species.material), is_wood) << species.material.name;
-    if (is_wood) {
-      EXPECT_LT(species.material.u_along, species.material.u);
-    }
+TEST(Grain, KnownMaterialsAreSound) {
+  for (const Material& material : known_materials()) {
+    EXPECT_EQ(fault_of(material), nullptr) << material.name;
+    EXPECT_GT(material.density_kg_m3, 0) << material.name;
+    const auto [end, along, across] = material.k;
+    // End grain is harder than along the fibres, and that is at least as hard as across.
+    EXPECT_EQ(has_grain(material), end > along || material.ring > 0) << material.name;
+    EXPECT_GE(end, along) << material.name;
+    EXPECT_GE(along, across) << material.name;
+    EXPECT_EQ(material.m, has_chip_law(material) ? 0.5 : 0) << material.name;
   }
   EXPECT_FALSE(Grain::of(make_lattice(Vec3(10, 10, 10), 1, 1).value(), {Material{}}));
 }
 
-// The mean over pieces of any length, of any axis, near the pith and far from it, against dense
-// sampling of the wood itself; and every lane by itself, whatever its neighbours are.
+// The mean over pieces of any length and axis, near the pith and far from it. The oracle samples
+// the wood densely. Each lane is independent of its neighbours.
 TEST(Grain, MeansOverPiecesAreThoseOfTheWood) {
   Random random;
   double worst = 0;
@@ -298,15 +303,15 @@ TEST(Grain, MeansOverPiecesAreThoseOfTheWood) {
       for (int k = 0; k < kSamples; k++)
         sum += late(lo[i] + (hi[i] - lo[i]) * (k + 0.5) / kSamples);
       const double rings = (hi[i] - lo[i]) * lattice.pitch_mm / log.ring;
-      // A wave that is off by some hundredths of a ring moves late wood in or out at either end;
-      // close to the pith rings are not as wide over a part as at its middle.
+      // An error of the wave by some hundredths of a ring moves late wood in or out at either end.
+      // Close to the pith, the ring width varies within a part.
       const double error = std::abs(means[i] - sum / kSamples);
       if (rings > 0.2) {
         EXPECT_LT(error, 0.02 + 0.04 / rings) << rings;
       }
       worst = std::max(worst, error * std::min(rings, 1.0));
     }
-    // One piece among others that are another.
+    // One piece among different ones.
     float alone[16], same[16], again[16];
     std::fill_n(alone, 16, lo[0]);
     std::fill_n(same, 16, hi[0]);
@@ -327,14 +332,14 @@ TEST(Grain, AnyLatticeHasPlacesForAllOfIt) {
     for (int i = 0; i < 200; i++) {
       const Vec3 at = random.in_box(0, 1).cwiseProduct(lattice.nodes.matrix().cast<double>());
       const Vec3 mm = lattice.to_mm(LatticePoint{at});
-      // A row of 16 rays, all of which have a piece there; the first is the one that is looked at.
+      // A row of 16 rays, all with a piece there; the first one is checked.
       float lo[16], hi[16], means[16];
       std::fill_n(lo, 16, static_cast<float>(at[2] - 1e-6));
       std::fill_n(hi, 16, static_cast<float>(at[2] + 1e-6));
       grain.late_wood_of(Axis::z, static_cast<float>(at[u_index(Axis::z)]),
                          static_cast<float>(at[v_index(Axis::z)]), lo, hi, 16, means);
       const double here = 1 + 2 * (static_cast<double>(means[0]) - kMeanLate);
-      // The waves are looked up on a coarse grid: off by a few hundredths of a ring at most.
+      // The waves come from a coarse grid: the error is a few hundredths of a ring at most.
       double low = 1e9, high = -1e9;
       for (int k = -20; k <= 20; k++) {
         const double value =

@@ -50,7 +50,7 @@ class HaplyService {
           socket.write(boost::asio::buffer(reply));
           std::this_thread::sleep_for(std::chrono::microseconds(300));
         }
-      } catch (const std::exception&) {  // the driver left
+      } catch (const std::exception&) {  // the driver disconnected
       }
     });
   }
@@ -60,7 +60,7 @@ class HaplyService {
     thread_.join();
   }
   const std::string& port() const { return port_; }
-  void say(const std::string& state) {
+  void send_state(const std::string& state) {
     const std::lock_guard<std::mutex> lock(mutex_);
     state_ = state;
   }
@@ -91,7 +91,7 @@ TEST(Haply, ReadsTheStateAndSendsForces) {
     nlohmann::json inventory = nlohmann::json::parse(kHaplyState);
     if (newer) inventory["inverse3"][0]["config"] = {{"type", "inverse3"}};
     HaplyService service(inventory);
-    service.say(kHaplyState);
+    service.send_state(kHaplyState);
     auto opened = HaplyDevice::open("127.0.0.1", service.port());
     ASSERT_TRUE(opened.ok()) << opened.error();
     HaplyDevice& device = *opened.value();
@@ -113,8 +113,8 @@ TEST(Haply, ReadsTheStateAndSendsForces) {
     }
     EXPECT_EQ(command, (nlohmann::json{{"x", 1}, {"y", -2}, {"z", 3}}));
     EXPECT_EQ(service.last()["inverse3"][0]["device_id"], "04BA");
-    // Unplugged: the state names no arm any more.
-    service.say(R"({"inverse3":[]})");
+    // Unplugged: the state lists no arm any more.
+    service.send_state(R"({"inverse3":[]})");
     DeviceStatus status = DeviceStatus::ok;
     for (int i = 0; i < 400 && status != DeviceStatus::unplugged; i++) {
       std::this_thread::sleep_for(milliseconds(2));
@@ -126,7 +126,7 @@ TEST(Haply, ReadsTheStateAndSendsForces) {
   }
 }
 
-TEST(Haply, SaysWhatIsWrong) {
+TEST(Haply, ReportsErrors) {
   EXPECT_NE(HaplyDevice::open("127.0.0.1", "1").error().find("is the Haply service running"),
             std::string::npos);
   {
@@ -145,12 +145,12 @@ TEST(Haply, SaysWhatIsWrong) {
         HaplyDevice::open("127.0.0.1", std::to_string(other.port())).error().find("WebSocket"),
         std::string::npos);
   }
-  // States that are none.
+  // Invalid states.
   for (const char* bad :
        {"{}", "[]", "null", "{", R"({"inverse3":[{"state":{"cursor_position":{"x":"a"}}}]})",
         R"({"inverse3":[{"state":{"cursor_position":{"x":1e999,"y":0,"z":0}}}]})"}) {
     HaplyService service(nlohmann::json::parse(kHaplyState));
-    service.say(bad);
+    service.send_state(bad);
     auto opened = HaplyDevice::open("127.0.0.1", service.port());
     ASSERT_TRUE(opened.ok()) << opened.error();
     DeviceReading reading;

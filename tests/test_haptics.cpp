@@ -20,6 +20,7 @@
 #include <kibori/solid/ball.h>
 
 #include "tests/live_rig.h"
+#include "tests/plain_material.h"
 #include "tests/support.h"
 
 namespace kibori {
@@ -88,14 +89,14 @@ TEST(Safety, StaleCommandsFadeAndThenLatch) {
   in.command_age_s = 0.0201;
   EXPECT_EQ(length(safety.pass(in).force), 0);
   EXPECT_EQ(safety.trip(), Trip::command_stale);
-  // Latched: fresh commands do not bring it back, arming does.
+  // Latched: only arming restores it, not fresh commands.
   in.command_age_s = 0;
   for (int i = 0; i < 10; i++) EXPECT_EQ(length(safety.pass(in).force), 0);
   safety.arm();
   EXPECT_EQ(safety.trip(), Trip::none);
 }
 
-TEST(Safety, ALateCommandComesBackByTheRamp) {
+TEST(Safety, ALateCommandRampsUp) {
   SafetyStage safety = on(4);
   SafetyInput in = push(4);
   for (int ms = 1; ms <= 6; ms++) {
@@ -145,7 +146,7 @@ TEST(Safety, EveryFaultIsNothingAtOnceAndLatches) {
   }
 }
 
-// Ten million commands, of which many are wild: never more than the limits, in size and in rate.
+// Ten million commands, many of them wild: the limits of size and rate are never exceeded.
 TEST(Safety, FuzzedCommandsNeverExceedTheLimits) {
   Random random;
   const int rounds = std::getenv("KIBORI_SHORT") ? 100'000 : 10'000'000;
@@ -154,11 +155,11 @@ TEST(Safety, FuzzedCommandsNeverExceedTheLimits) {
   Wrench last;
   int on_ticks = 0;
   uint64_t state = static_cast<uint64_t>(random.integer(1, 1 << 30));
-  const auto draw = [&] {  // fast enough for so many
+  const auto draw = [&] {  // fast enough for this number of calls
     state = state * 6364136223846793005u + 1442695040888963407u;
     return static_cast<double>(state >> 11) * 0x1p-53;
   };
-  // As much as `step` off what lies between nothing and the last.
+  // Distance of `to` from the segment between 0 and `from`.
   const auto change = [](const Vec3& from, const Vec3& to) {
     const double l2 = from.squaredNorm();
     const double share = l2 > 0 ? std::clamp(to.dot(from) / l2, 0.0, 1.0) : 0;
@@ -250,12 +251,12 @@ TEST(Hand, SwingsAsAnOscillatorDoes) {
         3 * std::exp(-decay * t) * (std::cos(swing * t) + decay / swing * std::sin(swing * t));
     EXPECT_NEAR(hand.position_mm().x(), exact, 0.05);
   }
-  // Held off its target by a force, it comes to rest at F/k.
+  // A force holds it off its target: it rests at F/k.
   for (int i = 0; i < 5000; i++) hand.step(Vec3(0.2, 0, 0), Vec3(1, 0, 0), Vec3::Zero(), 0.001);
   EXPECT_NEAR(hand.position_mm().x(), 1.5, 1e-6);
 }
 
-TEST(Live, PressingBelowYieldComesToRestOnTheFace) {
+TEST(Live, PressingBelowYieldRestsOnTheFace) {
   VirtualDeviceSettings device;
   device.capabilities = arm();
   LiveSettings settings;
@@ -377,13 +378,13 @@ TEST(Live, RefusesWhatCanNotBe) {
 }
 
 // Four devices, 27 hands, three speeds, five materials, against a wall and while carving: no energy
-// is made, and what comes to rest stays at rest.
+// is generated, and a tool at rest stays at rest.
 TEST(Live, NoHandShakesOnAnyDevice) {
   struct Profile {
     const char* name;
     double force_n, stiffness, damping, mass_kg, count_mm;
   };
-  // Stiffness as documented for each: half of what its damping bears at 1 kHz.
+  // Stiffness as documented for each: half of what its damping supports at 1 kHz.
   const Profile profiles[] = {{"Touch", 3.3, 0.3, 0.0003, 0.045, 0.055},
                               {"omega.3", 12, 5, 0.005, 0.2, 0.01},
                               {"Falcon", 8, 3, 0.003, 0.25, 0.06},
@@ -419,14 +420,14 @@ TEST(Live, NoHandShakesOnAnyDevice) {
           LiveSettings settings;
           settings.tool = BallTool{3};
           settings.spring.stiffness_n_mm = p.stiffness;
-          settings.materials[0] = {"wood", 0.001, w.u, w.c, w.yield, {0, 0, 0}};
+          settings.materials[0] = test::plain_material("wood", 0.001, w.u, w.c, w.yield);
           // Down onto the face and 1.5 mm into it, then at rest.
           Rig r = rig(device, settings, [speed](double t) {
             return down(-std::min(6.5, std::max(0.0, (t - 1.2) * speed)));
           });
           r.live->context().safety().arm();
           double low = 1e9, high = -1e9;
-          // In every other run one tick in a hundred is missed: the force stands for one more.
+          // In every other run one tick in a hundred is missed: the force stays for one more.
           const bool misses = runs % 2 == 1;
           Random chance(static_cast<unsigned>(runs));
           const int ticks = 1200 + static_cast<int>(6500 / speed) + 5000;
@@ -450,11 +451,11 @@ TEST(Live, NoHandShakesOnAnyDevice) {
   std::printf("least energy %.4f mJ, largest swing at rest %.2f counts\n", min, max_swing);
 }
 
-// The check above can fail: far beyond the bound a light grip does shake.
+// The check above can fail: far beyond the bound a light grip oscillates.
 TEST(Live, BeyondTheBoundItShakes) {
   VirtualDeviceSettings device;
   device.capabilities = arm();
-  device.capabilities.damping_ns_mm = 1;  // a lie
+  device.capabilities.damping_ns_mm = 1;  // wrong on purpose
   device.capabilities.force_rate_n_s = 1e6;
   device.capabilities.force_n = 100;
   device.capabilities.speed_mm_s = 1e5;
@@ -479,16 +480,16 @@ TEST(Live, BeyondTheBoundItShakes) {
   EXPECT_GT(high - low, 2 * device.count_mm);
 }
 
-// A dab's work is felt when it is in the model, however late: never as a jolt, even by a fast hand
-// in hard wood, whose force the device's damping bounds. The hand circles on the block's top, over
-// two grooves: a flat face has nothing to fill.
+// A dab's work causes a force once it is in the model, however late. It is never a jolt. This also
+// holds for a fast hand in hard wood, whose force is bounded by the device's damping. The hand
+// circles on the block's top, over two grooves: a flat face has nothing to fill.
 TEST(Live, ACommitIsNoJolt) {
   for (const ForceModel model : {ForceModel::series, ForceModel::energy, ForceModel::paper})
     for (int i = static_cast<int>(Mode::smooth); i <= static_cast<int>(Mode::turn); i++) {
       const Mode mode = static_cast<Mode>(i);
       VirtualDeviceSettings device;
       device.capabilities = arm();
-      device.capabilities.force_rate_n_s = 1e6;  // the safety stage hides no jump
+      device.capabilities.force_rate_n_s = 1e6;  // so that the safety stage hides no jump
       device.capabilities.damping_ns_mm = 0.03;
       LiveSettings settings;
       settings.model = model;
@@ -515,9 +516,9 @@ TEST(Live, ACommitIsNoJolt) {
           },
           std::move(grooved));
       r.live->context().safety().arm();
-      for (int k = 0; k < 1500; k++) r.live->tick(0.001);  // up to all its force
+      for (int k = 0; k < 1500; k++) r.live->tick(0.001);  // until full force
       r.live->context().settings().mode = mode;
-      double jump = 0, most = 0;
+      double jump = 0, largest = 0;
       int commits = 0;
       Vec3 before = r.live->tick(0.001).given.force;
       for (int k = 0; k < 40000 && commits < (k < 2000 ? 20 : 1); k++) {
@@ -525,12 +526,12 @@ TEST(Live, ACommitIsNoJolt) {
         if (tick.cutting) jump = std::max(jump, (tick.given.force - before).norm());
         commits += tick.cutting;
         before = tick.given.force;
-        most = std::max(most, before.norm());
+        largest = std::max(largest, before.norm());
         if (k % 5 == 0) std::this_thread::sleep_for(std::chrono::microseconds(200));
       }
       EXPECT_GT(commits, 0) << name_of(mode);
       EXPECT_LE(jump, 0.05 * device.capabilities.force_n)
-          << name_of(model) << " " << name_of(mode) << ", up to " << most << " N";
+          << name_of(model) << " " << name_of(mode) << ", up to " << largest << " N";
     }
 }
 
@@ -574,8 +575,8 @@ TEST(Live, ASecondOnAThreadWithSnapshotsAndCommands) {
   EXPECT_FALSE(r.live->scheduling().empty());
 }
 
-// The process is stopped and goes on: the force is gone and stays off.
-TEST(Live, AStoppedProcessComesBackWithoutForce) {
+// The process is stopped and continues: the force is 0 and stays off.
+TEST(Live, AStoppedProcessResumesWithoutForce) {
   const pid_t child = fork();
   ASSERT_GE(child, 0);
   if (child == 0) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a file seems to be before it is imported, and that it stands as it was turned.
+// What a file seems to be before the import, and its orientation afterwards.
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -40,8 +40,7 @@ void add_box(TriangleMesh& mesh, const Vec3& low, const Vec3& high) {
   }
 }
 
-// A block of three different sides, and a smaller one at one of its corners that tells where that
-// went.
+// A block with three different sides, and a smaller one as a marker at one of its corners.
 constexpr double kMarkX = 8, kMarkY = 3, kMarkZ = 4;
 TriangleMesh marked_block() {
   TriangleMesh mesh;
@@ -61,8 +60,7 @@ void write_stl(const std::filesystem::path& path, const TriangleMesh& mesh, doub
   file << "endsolid t\n";
 }
 
-// An upright figure along an axis: a broad block to stand on, and a narrow one on it off the
-// middle.
+// An upright figure along an axis: a broad block as base, and a narrow one on it, off the middle.
 TriangleMesh figure(int up) {
   TriangleMesh mesh;
   const auto place = [up](double u, double v, double w) {
@@ -74,7 +72,7 @@ TriangleMesh figure(int up) {
   };
   add_box(mesh, place(0, 0, 0), place(50, 40, 10));
   add_box(mesh, place(20, 15, 5), place(30, 25, 90));
-  // A peg on each side, so that it has no flat side the other ways.
+  // A peg on each side, so that it has no other flat side.
   add_box(mesh, place(-4, 18, 4), place(54, 20, 6));
   add_box(mesh, place(24, -4, 4), place(26, 44, 6));
   return mesh;
@@ -103,7 +101,7 @@ bool has_corner(const Surface& surface, const Vec3& at, double within) {
   return false;
 }
 
-// The block lies at the origin, as large as it was, with its marker where the turn takes it.
+// The block is at the origin, with its size unchanged, and the marker is where the turn moves it.
 void expect_turned(const TriDexel& model, const Orientation& orientation, double scale,
                    double pitch) {
   const Surface surface = extract_surface(model.snapshot(), 1);
@@ -149,7 +147,7 @@ TEST(Orientation, NamesAreReadAsTheyAreWritten) {
     EXPECT_FALSE(parse_signed_axis(wrong)) << wrong;
 }
 
-TEST(Orientation, AStockStandsAsItWasTurned) {
+TEST(Orientation, AStockKeepsItsRotation) {
   Folder folder;
   write_stl(folder / "block.stl", marked_block());
   for (const Orientation& o : all_turns()) {
@@ -227,7 +225,7 @@ TEST(Import, SizesThatCanNotBeMeantAreReplaced) {
   }
 }
 
-TEST(Import, UpIsTheFormatsUnlessItStandsOtherwise) {
+TEST(Import, UpIsTheFormatsByDefault) {
   const auto up = [](const char* ending, const TriangleMesh& mesh) {
     return std::string(signed_axis_text(guess_up(ending, mesh).orientation.up));
   };
@@ -236,7 +234,7 @@ TEST(Import, UpIsTheFormatsUnlessItStandsOtherwise) {
     EXPECT_EQ(up(ending, figure(2)), "z") << ending;
   }
   EXPECT_EQ(guess_up(".glb", figure(1)).orientation, Orientation{});  // was turned when it was read
-  TriangleMesh plate;                                                 // stands as well either way
+  TriangleMesh plate;                                                 // stable on both sides
   add_box(plate, {0, 0, 0}, {80, 50, 10});
   EXPECT_EQ(up(".obj", plate), "y");
   EXPECT_EQ(up(".stl", plate), "z");
@@ -267,7 +265,7 @@ TEST(Import, ALargeMeshIsShownByFewerTriangles) {
   const MeshInfo info = mesh_info(surface_of_mesh(few));
   EXPECT_NEAR(info.volume_mm3, 4 * pi / 3 * 6000, 0.03 * 4 * pi / 3 * 6000);
   EXPECT_LT((info.bounds.size() - Vec3(60, 40, 20)).cwiseAbs().maxCoeff(), 1.5);
-  // One that is small enough stays as it is.
+  // A mesh that is small enough is unchanged.
   TriangleMesh block;
   add_box(block, {1, 2, 3}, {4, 6, 8});
   EXPECT_EQ(cluster(block, 30000).triangles.size(), 12u);
@@ -275,7 +273,7 @@ TEST(Import, ALargeMeshIsShownByFewerTriangles) {
   EXPECT_TRUE(cluster(TriangleMesh{{Vec3::Zero()}, {{0, 0, 0}, {0, 0, 0}}}, 1).triangles.empty());
 }
 
-TEST(Import, AReportSaysWhatItIs) {
+TEST(Import, AReportNamesTheKind) {
   Folder folder;
   TriangleMesh mesh = marked_block();
   mesh.triangles.pop_back();
@@ -309,7 +307,7 @@ TEST(Import, AReportSaysWhatItIs) {
   EXPECT_FALSE(report_import(folder / "nowhere.obj").ok());
 }
 
-// A labelled volume: what its labels are, what is shown of them, and the stock that is made.
+// A labelled volume: its labels, its preview, and the stock made from it.
 TEST(Import, ALabelledVolume) {
   Folder folder;
   // 24 x 16 x 10 voxels of 1 mm, a shell of air; the lower half is label 7, the upper label 2.
@@ -336,7 +334,7 @@ TEST(Import, ALabelledVolume) {
   EXPECT_EQ(lower.name, "label 7");
   // Its edges are rounded.
   EXPECT_NEAR(report.value().area_mm2, 2 * (20 * 12 + 12 * 6 + 6 * 20), 100);
-  // What is shown stands where the voxels are, and each half has its label.
+  // The preview is where the voxels are, and each half has its label.
   const TriangleMesh& preview = report.value().preview;
   ASSERT_EQ(report.value().kinds.size(), preview.vertices.size());
   for (size_t i = 0; i < preview.vertices.size(); i++) {
@@ -362,7 +360,7 @@ TEST(Import, ALabelledVolume) {
   how.labels = {{2, 3}};
   const Result<Scene> part = file_scene(folder / "scan.nrrd", how);
   ASSERT_TRUE(part.ok());
-  EXPECT_FALSE(make_stock(part.value().stock, "a test", {}).ok());  // nothing said of label 7
+  EXPECT_FALSE(make_stock(part.value().stock, "a test", {}).ok());  // no material for label 7
   how.labels = {{2, 200}};
   EXPECT_FALSE(file_scene(folder / "scan.nrrd", how).ok());
   std::ofstream(folder / "air.nrrd", std::ios::binary)

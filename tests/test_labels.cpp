@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Labelled volumes: what is read against what was written, solids against the interpolation summed
-// corner by corner, and shapes whose faces and volumes are known.
+// Labelled volumes: read data against written data, solids against the interpolation summed corner
+// by corner, and shapes with known faces and volumes.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -17,6 +17,7 @@
 #include <kibori/dexel/normal_code.h>
 #include <kibori/edit/edit.h>
 #include <kibori/formats/nrrd.h>
+#include <kibori/formats/volume_file.h>
 #include <kibori/solid/grid_solid.h>
 
 #include "tests/support.h"
@@ -99,7 +100,7 @@ TEST(GridSolid, IsWhereTheInterpolationIsAboveZero) {
   }
 }
 
-// A box that nearly fills its grid: its faces are where they were, also at the grid's end.
+// A box that nearly fills its grid: its faces stay in place, also at the grid's border.
 TEST(Labels, FacesStayWhereTheyWere) {
   for (const int margin : {0, 1, 2, 7}) {
     const Index3 size = Index3::Constant(12 + 2 * margin);
@@ -116,13 +117,13 @@ TEST(Labels, FacesStayWhereTheyWere) {
         at[axis] = (low + high) / 2;
         (interpolated(shape, at) > 0 ? high : low) = at[axis];
       }
-      // Beyond the grid it falls to -1 at once.
+      // Outside the grid it falls to -1 at once.
       EXPECT_NEAR(high, margin, margin == 0 ? 0.25 : 0.02) << margin;
     }
   }
 }
 
-// However thin and small: every voxel's middle stays on its side.
+// Every voxel's middle stays on its side, even in thin and small parts.
 TEST(Labels, EveryVoxelStaysOnItsSide) {
   Random random;
   for (int round = 0; round < test::rounds_of("KIBORI_ROUNDS", 30); round++) {
@@ -135,15 +136,15 @@ TEST(Labels, EveryVoxelStaysOnItsSide) {
       if (!lumps.contains(key)) lumps[key] = static_cast<uint16_t>(random.integer(0, 3));
       return lumps[key];
     });
-    for (uint16_t asked = 1; asked <= 3; asked++) {
-      const ShapeGrid shape = shape_of_labels(volume, [&](uint16_t l) { return l == asked; });
+    for (uint16_t label = 1; label <= 3; label++) {
+      const ShapeGrid shape = shape_of_labels(volume, [&](uint16_t l) { return l == label; });
       for (size_t i = 0; i < shape.values.size(); i++)
-        EXPECT_EQ(shape.values[i] > 0, volume.values[i] == asked) << random.note();
+        EXPECT_EQ(shape.values[i] > 0, volume.values[i] == label) << random.note();
     }
   }
 }
 
-// Steps of voxels are gone: a plane that leans is plane within a tenth of a voxel.
+// The steps of the voxels are gone: an oblique plane is flat within a tenth of a voxel.
 TEST(Labels, LeaningPlanesArePlane) {
   const Vec3 normal = Vec3(0.12, 0.31, 1).normalized();
   const LabelVolume volume = volume_of(Index3(60, 60, 60), Vec3::Ones(), [&](const Vec3& p) {
@@ -206,7 +207,7 @@ TEST(Labels, VolumesAndFacesAreThoseOfTheShapes) {
   EXPECT_NEAR(volumes[1], inner, 0.001 * inner);
   EXPECT_NEAR(volumes[0], outer - inner, 0.001 * (outer - inner));
   EXPECT_NEAR(model.volume_mm3(), outer, 0.001 * outer);
-  // Half a voxel of the shape's own, along the diagonal of one.
+  // Half the diagonal of a voxel.
   EXPECT_LT(farthest, kVoxel * std::sqrt(3.0) / 2);
 }
 
@@ -234,7 +235,7 @@ TEST(Labels, NormalsPointOut) {
             at[v_index(axis)] = v + 0.5;
             at[depth_index(axis)] = out ? s.out : s.in;
             const Vec3 radial = (lattice.to_mm(LatticePoint{at}) - middle).normalized();
-            // Looked at where it faces the ray enough.
+            // Checked only if it faces the ray enough.
             if (std::abs(radial[depth_index(axis)]) < 0.3) continue;
             const Vec3 n = decode_normal(out ? s.normal_out : s.normal_in, axis, out);
             sum += n.dot(radial);
@@ -272,7 +273,7 @@ std::string zipped(const std::string& raw) {
 }
 
 Result<LabelVolume> parsed(const std::string& text) {
-  return parse_nrrd({text.data(), text.size()}, "a.nrrd");
+  return parse_nrrd({text.data(), text.size()}, {}, "a.nrrd");
 }
 
 TEST(Nrrd, EveryTypeAndEncodingIsRead) {
@@ -289,7 +290,9 @@ TEST(Nrrd, EveryTypeAndEncodingIsRead) {
                            {"unsigned short", 2},
                            {"short", 2},
                            {"uint32_t", 4},
-                           {"int", 4}})
+                           {"int", 4},
+                           {"long long int", 8},
+                           {"uint64", 8}})
     for (const bool big : {false, true})
       for (const char* encoding : {"raw", "gzip", "ascii"}) {
         std::string text = std::string("NRRD0004\n# by a test\ntype: ") + type.name + "\n" + sizes +
@@ -308,7 +311,8 @@ TEST(Nrrd, EveryTypeAndEncodingIsRead) {
       }
 }
 
-// As Slicer writes them: x and y of the file run against those of the space, names of segments.
+// As Slicer writes them: x and y of the file are opposite to those of the space; segments have
+// names.
 TEST(Nrrd, AxesAreTurnedToTheSpaceAndSegmentsHaveNames) {
   const std::string text =
       "NRRD0005\r\ntype: unsigned char\r\ndimension: 3\r\nspace: left-posterior-superior\r\n"
@@ -329,18 +333,67 @@ TEST(Nrrd, AxesAreTurnedToTheSpaceAndSegmentsHaveNames) {
   EXPECT_EQ(volume.value().names.at(2), "Enamel");
 }
 
-TEST(Nrrd, DataMayLieBesideTheHeader) {
+// LPS, RAS and LAS files of the same labels differ by mirrors, also by their short names.
+TEST(Nrrd, SpacesAreTurnedToLps) {
+  const auto in_space = [](const std::string& space) {
+    return parsed("NRRD0004\ntype: uchar\ndimension: 3\nspace: " + space +
+                  "\nsizes: 2 2 2\nspace directions: (1,0,0) (0,1,0) (0,0,1)\ncontent:\n"
+                  "encoding: raw\n\n\1\2\3\4\5\6\7\x8");
+  };
+  const auto check = [&](const std::string& space, int flip_x, int flip_y) {
+    const auto volume = in_space(space);
+    ASSERT_TRUE(volume) << volume.error();
+    for (int z = 0; z < 2; z++)
+      for (int y = 0; y < 2; y++)
+        for (int x = 0; x < 2; x++)
+          EXPECT_EQ(volume.value().at(x ^ flip_x, y ^ flip_y, z, 0), 1 + x + 2 * y + 4 * z)
+              << space;
+  };
+  for (const char* space : {"left-posterior-superior", "LPS", "scanner-xyz", "3D-right-handed"})
+    check(space, 0, 0);
+  for (const char* space : {"right-anterior-superior", "RAS"}) check(space, 1, 1);
+  for (const char* space : {"left-anterior-superior", "LAS"}) check(space, 0, 1);
+  check("3D-left-handed", 1, 0);
+  EXPECT_NE(in_space("right-anterior-superior-time").error().find("space"), std::string::npos);
+}
+
+TEST(Nrrd, ABeginningIsSkipped) {
+  const std::string head = "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 1 1\n";
+  const std::vector<uint16_t> labels{1, 2};
+  for (const std::string& text :
+       {head + "encoding: raw\nbyte skip: 3\n\nabc\1\2",
+        head + "encoding: raw\nbyte skip: -1\n\nabc\1\2",
+        head + "encoding: raw\nline skip: 2\n\na\nbc\n\1\2",
+        head + "encoding: raw\nlineskip: 1\nbyteskip: 2\n\na\nbc\1\2",
+        head + "encoding: ascii\nline skip: 1\n\nx y\n1 2\n",
+        head + "encoding: gzip\nline skip: 1\nbyte skip: 3\n\na\n" + zipped("abc\1\2")}) {
+    const auto volume = parsed(text);
+    ASSERT_TRUE(volume) << volume.error() << text;
+    EXPECT_EQ(volume.value().values, labels) << text;
+  }
+  for (const std::string& text : {head + "encoding: raw\nbyte skip: 9\n\nabc\1\2",
+                                  head + "encoding: raw\nbyte skip: -2\n\nabc\1\2",
+                                  head + "encoding: raw\nline skip: 9\n\na\n\1\2",
+                                  head + "encoding: gzip\nbyte skip: -1\n\n" + zipped("abc\1\2"),
+                                  head + "encoding: gzip\nbyte skip: 9\n\n" + zipped("abc\1\2")})
+    EXPECT_FALSE(parsed(text)) << text;
+}
+
+TEST(Nrrd, DataMayBeInASeparateFile) {
   Folder folder;
   std::ofstream(folder / "a.nhdr") << "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 1 1\n"
-                                      "encoding: raw\nunits: x\ndata file: a.raw\n";
+                                      "encoding: raw\nunits: x\ndata file: ./a.raw\n";
   std::ofstream(folder / "a.raw") << "\1\2";
-  const auto volume = read_nrrd(folder / "a.nhdr");
+  const auto volume = read_volume(folder / "a.nhdr");
   ASSERT_TRUE(volume) << volume.error();
   EXPECT_EQ(volume.value().values, (std::vector<uint16_t>{1, 2}));
   std::ofstream(folder / "b.nhdr") << "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 1 1\n"
                                       "encoding: raw\ndata file: ../a.raw\n";
-  EXPECT_FALSE(read_nrrd(folder / "b.nhdr"));
-  EXPECT_FALSE(read_nrrd(folder / "c.nhdr"));
+  EXPECT_FALSE(read_volume(folder / "b.nhdr"));
+  EXPECT_FALSE(read_volume(folder / "c.nhdr"));
+  std::ofstream(folder / "d.nrrd")
+      << "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 1 1\nencoding: ascii\n\n0 0\n";
+  EXPECT_NE(read_volume(folder / "d.nrrd").error().find("nothing but air"), std::string::npos);
 }
 
 TEST(Nrrd, BadFilesAreOneSentence) {
@@ -353,10 +406,10 @@ TEST(Nrrd, BadFilesAreOneSentence) {
   };
   struct Case {
     std::string text;
-    const char* says;
+    const char* expected;
   };
   for (const Case& one :
-       {Case{"", "no NRRD"},
+       {Case{"", "not an NRRD"},
         {"NRRD0004\n", "type"},
         {good + "\1", "damaged"},
         {good + "\1\2\3", "damaged"},
@@ -376,16 +429,17 @@ TEST(Nrrd, BadFilesAreOneSentence) {
         {with("encoding", "space directions: (1,0,0) (1,0,0) (0,0,1)\nencoding"), "space"},
         {with("encoding", "space directions: (1,0,0) none (0,0,1)\nencoding"), "directions"},
         {with("encoding", "space units: \"furlong\"\nencoding"), "furlong"},
-        {with("encoding", "byte skip: -1\nencoding"), "skips"},
+        {with("encoding", "byte skip: -3\nencoding"), "byte skip"},
+        {with("encoding", "space: elsewhere\nencoding"), "elsewhere"},
         {with("encoding", "nonsense\nencoding"), "line 5"}}) {
     const auto volume = parsed(one.text);
     ASSERT_FALSE(volume) << one.text;
-    EXPECT_NE(volume.error().find(one.says), std::string::npos) << volume.error();
+    EXPECT_NE(volume.error().find(one.expected), std::string::npos) << volume.error();
     EXPECT_EQ(volume.error().find('\n'), std::string::npos);
   }
 }
 
-// Bytes changed and cut: an answer or a sentence.
+// Changed and truncated bytes: an answer or a sentence.
 TEST(Nrrd, DamageIsSurvived) {
   Random random;
   const std::string good =

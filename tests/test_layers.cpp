@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What is made of models and meshes besides the surface: layers, height maps, simplification,
-// measures, pictures.
+// Outputs of models and meshes besides the surface: layers, height maps, simplification, measures,
+// pictures.
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -78,8 +78,8 @@ TEST(Layers, OfATube) {
   EXPECT_EQ(layers.front(), 5);  // the middle of the first is z = 5, between nodes 4 and 5
 }
 
-// Noise of nodes: outlines are closed, as many crossings as there are, and their area is near the
-// mask's.
+// Random nodes: outlines are closed, their number of points is the number of crossings, and their
+// area is near the mask's.
 TEST(Layers, OfNoise) {
   Random random;
   for (int round = 0; round < 50; round++) {
@@ -173,8 +173,8 @@ TEST(Distance, BetweenBalls) {
   EXPECT_FALSE(two_sided_distance(a, Surface{}, 10).ok());
 }
 
-// Simplification and all distances stand on this one function: against the nearest of many points
-// of the triangle.
+// Simplification and all distances use this one function. Checks it against the nearest of many
+// points of the triangle.
 TEST(Distance, ToTrianglesBySampling) {
   Random random;
   for (int i = 0; i < 300; i++) {
@@ -186,8 +186,8 @@ TEST(Distance, ToTrianglesBySampling) {
       for (int v = 0; u + v <= kSteps; v++)
         min = std::min(min, (p - (a + (u * (b - a) + v * (c - a)) / kSteps)).norm());
     const double d = distance_to_triangle(p, a, b, c);
-    // A sample is never nearer than the triangle, and one is within a step (sides of at most 3.5)
-    // of its nearest point.
+    // A sample is never nearer than the triangle. One sample is within a step (sides of at most
+    // 3.5) of its nearest point.
     EXPECT_LE(d, min + 1e-12) << random.note();
     EXPECT_GE(d, min - 3.5 / kSteps) << random.note();
   }
@@ -196,11 +196,12 @@ TEST(Distance, ToTrianglesBySampling) {
 TEST(Distance, ToTrianglesWithoutArea) {
   Random random;
   for (int i = 0; i < 200000; i++) {
-    const Vec3 a = random.in_box(-1, 1).cast<float>().cast<double>(), way = random.in_box(-1, 1);
-    const Vec3 b = Vec3(a + way).cast<float>().cast<double>(),
-               c = Vec3(a + random.uniform(-1, 2) * way).cast<float>().cast<double>();
+    const Vec3 a = random.in_box(-1, 1).cast<float>().cast<double>(),
+               direction = random.in_box(-1, 1);
+    const Vec3 b = Vec3(a + direction).cast<float>().cast<double>(),
+               c = Vec3(a + random.uniform(-1, 2) * direction).cast<float>().cast<double>();
     const Vec3 p = random.in_box(-1, 1);
-    // The segment that holds all three, by brute force.
+    // The segment that contains all three, by brute force.
     double min = 1e9;
     for (const auto& [from, to] : {std::pair{a, b}, {b, c}, {a, c}})
       for (int k = 0; k <= 20; k++) min = std::min(min, (p - from - k / 20.0 * (to - from)).norm());
@@ -248,8 +249,7 @@ TEST(Simplify, ABlockBecomesABlock) {
   EXPECT_NEAR(test::volume(less), 40 * 30 * 20, 40 * 30 * 20 * 1e-3);
 }
 
-// Two boxes side by side, of two materials: the border between them stays where it is, and
-// straight.
+// Two adjacent boxes of two materials: the border between them stays in place and straight.
 TEST(Simplify, BordersOfColoursStay) {
   Lattice lattice;
   lattice.nodes = Index3(50, 30, 30);

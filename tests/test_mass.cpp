@@ -22,7 +22,7 @@ TEST(Mass, ABlockAndABallAreAsTheyAreWorkedOut) {
   EXPECT_NEAR(all.mass_g, 3, 1e-9);
   EXPECT_LT((all.centre_mm - Vec3(15, 10, 5)).norm(), 1e-9);
 
-  // Less a ball around a place of its own.
+  // Minus a ball at another place.
   const double radius = 4, ball = 4.0 / 3 * std::acos(-1.0) * radius * radius * radius;
   Removed removed;
   cut(model,
@@ -49,7 +49,7 @@ TEST(Mass, EachMaterialWeighsAsItDoes) {
   EXPECT_NEAR(all.volume_mm3[1], 1000, 1e-6);
   EXPECT_NEAR(all.mass_g, 1.2, 1e-9);
   EXPECT_NEAR(all.centre_mm.x(), (0.3 * 5 + 0.9 * 15) / 1.2, 1e-9);
-  // One that is not known: no mass, and the middle of the volume.
+  // An unknown density: no mass, and the centre of the volume.
   const MassProperties half = mass_of(model.snapshot(), {300, 0});
   EXPECT_EQ(half.mass_g, 0);
   EXPECT_NEAR(half.centre_mm.x(), 10, 1e-9);
@@ -60,8 +60,8 @@ TEST(Mass, WhatIsEmptyWeighsNothing) {
   const MassProperties all = mass_of(model.snapshot(), {300});
   EXPECT_EQ(all.mass_g, 0);
   EXPECT_EQ(all.centre_mm, Vec3(0, 0, 0));
-  EXPECT_EQ(density_of("oak"), 720);
-  EXPECT_EQ(density_of("unobtainium"), 0);
+  EXPECT_EQ(known_material("oak")->density_kg_m3, 720);
+  EXPECT_EQ(known_material("unobtainium"), nullptr);
 }
 
 }  // namespace

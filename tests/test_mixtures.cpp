@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Random mixtures of cuts, fills, dabs, warps, clay and the wheel, on bodies that are hard: thin
+// Random mixtures of cuts, fills, dabs, warps, clay and the wheel, on difficult bodies: thin
 // sheets, islands smaller than a cell, a body smaller than the tool, brushes half outside the
-// lattice. After every edit the three fields agree at every node and the surface is a closed
-// two-manifold; another vector unit and another number of threads leave the same bytes; a document
-// of the strokes goes back and forth to the same hashes, and its replay equals. Lengths in cells
-// but where a name says mm.
+// lattice. After every edit the three fields agree at every node, and the surface is a closed
+// two-manifold. Another vector unit and another number of threads leave the same bytes. A document
+// of the strokes goes back and forth to the same hashes, and its replay is equal. Lengths are in
+// cells unless a name says mm.
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -97,7 +97,7 @@ struct Edit {
   std::vector<MoveTick> ticks;
 };
 
-// A letter that has a hole and overlaps nothing, 8 cells wide or so; or less, or more.
+// A letter with a hole and no overlaps, about 8 cells wide; or a scaled one.
 Tool letter_stamp(double pitch, double wide, double deep) {
   static const Tool letter = text_stamp({"R", "DejaVu Sans", 10, 10}, 0.5).value();
   auto mesh = std::make_shared<TriangleMesh>(*std::get<MeshTool>(letter).mesh);
@@ -144,13 +144,13 @@ Edit random_edit(const Scene& scene, Random& random) {
   }
   edit.start = turned_somehow(somewhere(scene, random, -0.2, 1.2), random);
   const int ticks = random.integer(1, 6);
-  const Vec3 way = scene.pitch * random.in_box(-9, 9);
+  const Vec3 displacement = scene.pitch * random.in_box(-9, 9);
   const bool turns = random.integer(0, 1) == 1;
   MoveTick tick;
   tick.tip = edit.start.tip;
   tick.edits = true;
   for (int i = 0; i < ticks; i++) {
-    tick.tip += way / ticks + scene.pitch * random.in_box(-0.5, 0.5);
+    tick.tip += displacement / ticks + scene.pitch * random.in_box(-0.5, 0.5);
     tick.turn = turns ? Vec3(random.uniform(0, 0.3) * random.direction()) : Vec3(Vec3::Zero());
     edit.ticks.push_back(tick);
   }
@@ -162,7 +162,7 @@ Edit random_edit(const Scene& scene, Random& random) {
   return edit;
 }
 
-// What was removed [mm^3]: negative where it was added.
+// Removed volume [mm^3]; negative if added.
 Result<double> carve(TriDexel& model, const Edit& edit, int threads) {
   const StrokeSettings& s = edit.settings;
   DirectTool tool(model, edit.start);
@@ -194,7 +194,7 @@ void run_round(unsigned seed, size_t round, int edits) {
   const std::vector<int64_t> units = vector_units();
   Random random(seed);
   Scene scene;
-  // Threads are only used where an edit touches some hundred tiles.
+  // Threads are only used if an edit touches some hundred tiles.
   const bool wide = round % 12 == 11;
   scene.lattice.nodes =
       wide ? Index3(random.integer(250, 270), random.integer(230, 250), random.integer(20, 40))
@@ -243,7 +243,7 @@ void run_round(unsigned seed, size_t round, int edits) {
     hashes[document->head()] = model.content_hash();
   }
   SCOPED_TRACE(testing::Message() << "repeat with KIBORI_SEED=" << seed);
-  // Back to the first and forth to the last, and at random between.
+  // Back to the first and forward to the last step, and at random between.
   for (int i = 0; i < 3 * edits; i++) {
     const bool back = i < edits || (i >= 2 * edits && random.integer(0, 1));
     if (!(back ? document->before_head() : document->after_head())) continue;
@@ -253,15 +253,15 @@ void run_round(unsigned seed, size_t round, int edits) {
   ASSERT_EQ(test::wrongs(*document), std::vector<std::string>());
 }
 
-// KIBORI_MIXTURES: so many rounds; KIBORI_MIXTURES_FROM: the first one's number.
+// KIBORI_MIXTURES: number of rounds; KIBORI_MIXTURES_FROM: number of the first round.
 TEST(Mixtures, StayClosedAgreeAndRepeat) {
   const Random random;
-  const auto asked = [](const char* name, int otherwise) {
-    const char* const said = std::getenv(name);
-    return said ? std::atoi(said) : otherwise;
+  const auto environment_int = [](const char* name, int otherwise) {
+    const char* const value = std::getenv(name);
+    return value ? std::atoi(value) : otherwise;
   };
-  const int rounds = asked("KIBORI_MIXTURES", std::getenv("KIBORI_SHORT") ? 2 : 12),
-            from = asked("KIBORI_MIXTURES_FROM", 0);
+  const int rounds = environment_int("KIBORI_MIXTURES", std::getenv("KIBORI_SHORT") ? 2 : 12),
+            from = environment_int("KIBORI_MIXTURES_FROM", 0);
   for (int round = from; round < from + rounds; round++) {
     run_round(random.seed() + static_cast<unsigned>(round - from), static_cast<size_t>(round), 12);
     if (rounds > 100 && round % 50 == 49) {
@@ -271,16 +271,16 @@ TEST(Mixtures, StayClosedAgreeAndRepeat) {
   }
 }
 
-// What campaigns found.
-TEST(Mixtures, WhatWasFoundStaysMended) {
-  // A gap of the z field on a node, 0.002 cells wide, that a pinch left beside ends which it moved.
+// Cases that campaigns found.
+TEST(Mixtures, FoundErrorsStayFixed) {
+  // A gap of the z field on a node, 0.002 cells wide. A pinch left it next to ends that it moved.
   run_round(77244, 121, 12);
-  // A ray right along a block's edge, which the other fields had let go.
+  // A ray exactly along a block's edge, which the other fields had lost.
   run_round(552781, 70, 12);
-  // A document of an empty stock, whose material's bounds went by its lattice's corner when it was
-  // carved again: sums of the clay's middle came to other last digits.
+  // A document of an empty stock. In a replay, its material's bounds followed its lattice's corner.
+  // So the sums for the clay's centre had other last digits.
   run_round(20262422, 1293, 12);
-  // A thin rod's ends on three rays, 30 cells above its tip, came to differ.
+  // A thin rod's ends on three rays, 30 cells above its tip, differed.
   run_round(20263432, 2303, 12);
   // A ray along a rod, just within the edge of its sweep, lost the rod's upper face.
   run_round(82000845, 845, 12);

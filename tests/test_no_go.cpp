@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// No-go: what nothing cuts, against arithmetic on intervals, and felt as a wall against closed
-// forms.
+// Protected regions: nothing cuts them (against arithmetic on intervals), and they stop a tool as a
+// wall (against closed forms).
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -31,7 +31,7 @@ Intervals on_ray(const Snapshot& model, Axis axis, int u, int v) {
   model.field(axis).for_spans(u, v, [&](const Span& s) { list.emplace_back(s.in, s.out); });
   return list;
 }
-// Sorted, where they touch one.
+// Sorted; touching intervals are merged.
 Intervals merged(Intervals list) {
   std::sort(list.begin(), list.end());
   Intervals out;
@@ -50,7 +50,7 @@ Intervals both(const Intervals& a, const Intervals& b) {
   return merged(out);
 }
 
-// Their ends within rounding; slivers of that apart.
+// True if their ends are equal within rounding. Ignores slivers of that size.
 bool alike(const Intervals& a, const Intervals& b) {
   constexpr float kRounding = 2e-4f;
   const auto solid = [](const Intervals& list) {
@@ -74,7 +74,7 @@ Tool any_tool(Random& random) { return test::random_tool(random, {0.4, 6, 5, 15}
 TEST(NoGo, RandomStrokesNeverCutIntoIt) {
   Random random;
   SCOPED_TRACE(random.note());
-  // Minutes under a sanitiser, which compiles no wide vectors.
+  // Minutes under a sanitiser, which uses no wide vectors.
   const int strokes =
       test::rounds_of("KIBORI_NO_GO_STROKES", std::getenv("KIBORI_SHORT") ? 1500 : 10000);
   Lattice lattice = test::cube(32);
@@ -128,7 +128,8 @@ TEST(NoGo, RandomStrokesNeverCutIntoIt) {
           Intervals all = on_ray(without, axis, u, v);
           all.insert(all.end(), stays.begin(), stays.end());
           const Intervals is = merged(on_ray(now, axis, u, v));
-          // To the bit where nothing may cut, and elsewhere as without it, but for rounding.
+          // Equal to the bit in the protected region. Elsewhere equal to a cut without it, except
+          // for rounding.
           wrong += both(is, stays) != stays || !alike(is, merged(all));
         }
     ASSERT_EQ(wrong, 0) << i;
@@ -140,7 +141,7 @@ TEST(NoGo, RandomStrokesNeverCutIntoIt) {
   EXPECT_GT(cut_without, strokes / 20);
 }
 
-// Stock that stands around what may not be cut: a block's lower half, or a ball.
+// Stock around a protected region: a block's lower half, or a ball.
 struct Bench {
   explicit Bench(const Tool& kept, const Vec3& at)
       : model(make_lattice(Vec3(40, 30, 20), 0.25, 10).value()) {
@@ -158,39 +159,39 @@ struct Bench {
 };
 Pose upright(const Vec3& tip) { return {tip, Mat3::Identity()}; }
 
-// Down through the wood, into the wall, and back: the spring says how far the tool is held back,
-// and no tick's force leaps.
-TEST(NoGo, IsFeltAsAWallContinuously) {
+// Down through the wood, into the wall, and back. The spring shows how far the tool is held back,
+// and the force does not jump in any tick.
+TEST(NoGo, PushesBackContinuously) {
   for (const Tool& shape : {Tool(BallTool{4}), Tool(Finger{0.2, 15}), Tool(Flat{3, 15})}) {
     Bench bench(BoxTool{Vec3(60, 60, 30)}, {20, 15, -20});  // up to z = 10
     const SeriesSpring spring{1.5, 0, 0.2, 0.001};
     SpringTool tool(bench.model, upright({20, 15, 21}), spring);
     tool.set_no_go(bench.no_go.get());
     const double step = 0.005;
-    double last = 0, most = 0, leap = 0, lowest = 99;
+    double last = 0, largest = 0, leap = 0, lowest = 99;
     for (int i = 0; i < 6000; i++) {
       const double z = i < 3000 ? 21 - step * i : 6 + step * (i - 3000);
-      const auto felt = tool.advance(shape, upright({20, 15, z}), Mode::cut, bench.materials);
-      ASSERT_TRUE(felt.ok());
-      const double force = felt.value().wrench.force.z();
+      const auto result = tool.advance(shape, upright({20, 15, z}), Mode::cut, bench.materials);
+      ASSERT_TRUE(result.ok());
+      const double force = result.value().wrench.force.z();
       leap = std::max(leap, std::abs(force - last));
-      most = std::max(most, force);
+      largest = std::max(largest, force);
       last = force;
       lowest = std::min(lowest, tool.pose().tip.z());
-      // At the wall; on its way down the wood holds it back, too.
+      // At the wall. On its way down, the wood also holds it back.
       EXPECT_GT(force, spring.stiffness_n_mm * (10 - z) - 0.05) << z;
       if (i >= 3000 && z < 9.5) {
         EXPECT_NEAR(force, spring.stiffness_n_mm * (10 - z), 0.05 * spring.stiffness_n_mm);
       }
     }
     EXPECT_NEAR(lowest, 10, 0.03);
-    EXPECT_NEAR(most, spring.stiffness_n_mm * 4, 0.1);
+    EXPECT_NEAR(largest, spring.stiffness_n_mm * 4, 0.1);
     EXPECT_LE(leap, 1.01 * spring.stiffness_n_mm * step);
     EXPECT_EQ(last, 0);
   }
 }
 
-// A hand that pushes sideways slides along what may not be cut and leaves it bare.
+// A hand that pushes sideways slides along the protected region and exposes it.
 TEST(NoGo, IsSlidAlong) {
   const double radius = 8;
   const Vec3 centre(20, 15, 10);
@@ -201,7 +202,7 @@ TEST(NoGo, IsSlidAlong) {
     SpringTool tool(model, upright({20, 15, 21}), spring);
     tool.set_no_go(bench.no_go.get());
     Vec3 last = Vec3::Zero();
-    double leap = 0, most = 0, deepest = 99, farthest = 0;
+    double leap = 0, largest = 0, deepest = 99, farthest = 0;
     for (int i = 0; i < 4000; i++) {
       // Down to 1.5 mm within it, and then along it.
       const double away_then = 13 - 4.5 * std::min(1.0, i / 1000.0),
@@ -209,11 +210,11 @@ TEST(NoGo, IsSlidAlong) {
       const Vec3 to =
           centre - Vec3(0, 0, r) +
           away_then * Vec3(0.8 * std::sin(angle), 0.6 * std::sin(angle), std::cos(angle));
-      const auto felt = tool.advance(BallTool{r}, upright(to), Mode::cut, bench.materials);
-      ASSERT_TRUE(felt.ok());
-      const Vec3 force = felt.value().wrench.force;
+      const auto result = tool.advance(BallTool{r}, upright(to), Mode::cut, bench.materials);
+      ASSERT_TRUE(result.ok());
+      const Vec3 force = result.value().wrench.force;
       leap = std::max(leap, Vec3(force - last).norm());
-      most = std::max(most, force.norm());
+      largest = std::max(largest, force.norm());
       last = force;
       const double away = Vec3(tool.pose().tip + Vec3(0, 0, r) - centre).norm();
       deepest = std::min(deepest, away);
@@ -221,7 +222,7 @@ TEST(NoGo, IsSlidAlong) {
     }
     EXPECT_GT(deepest, radius + r - 0.1);
     EXPECT_LT(farthest, radius + r + 0.3);
-    EXPECT_LE(leap, 0.05 * most);
+    EXPECT_LE(leap, 0.05 * largest);
     EXPECT_LT(model.volume_mm3(), 40 * 30 * 20 - 30);
     const Snapshot now = model.snapshot(), kept = bench.no_go->model().snapshot();
     for (int v = 0; v < now.field(Axis::z).nodes_v(); v++)
@@ -232,10 +233,10 @@ TEST(NoGo, IsSlidAlong) {
   }
 }
 
-TEST(NoGo, BodiesThatAreItStandWhereTheyAreSeen) {
+TEST(NoGo, ProtectedBodiesAreAtTheirPoses) {
   TriDexel model(make_lattice(Vec3(20, 20, 20), 0.5, 2).value());
   model.fill_block({Vec3::Zero(), Vec3(20, 20, 20)}, 0);
-  Bodies bodies = Bodies::of(model);
+  BodyList bodies = BodyList::of(model);
   EXPECT_EQ(no_go_of(bodies, 1).value(), nullptr);
   BodyAdd add;
   add.tool = BallTool{5};
@@ -249,7 +250,7 @@ TEST(NoGo, BodiesThatAreItStandWhereTheyAreSeen) {
   auto kept = no_go_of(bodies, 1).value();
   ASSERT_NE(kept, nullptr);
   EXPECT_NEAR(kept->model().volume_mm3(), ball, 0.01 * ball);
-  // Of itself it is none; and what is moved is elsewhere.
+  // A body does not protect itself, and a moved body is elsewhere.
   EXPECT_EQ(no_go_of(bodies, id).value(), nullptr);
   const BodyMove move{{Vec3(3, 0, 0), rotation(Vec3(0, 0, 0.1))}};
   ASSERT_TRUE(apply(bodies, {{id}, move}).ok());
@@ -271,7 +272,7 @@ TEST(NoGo, BodiesThatAreItStandWhereTheyAreSeen) {
   EXPECT_TRUE(apply(bodies, {{1, id}, BodySubtract{}}).ok());
 }
 
-// A bridge to a knob is cut through: the knob falls away, unless it holds some of a template.
+// A bridge to a knob is cut through. The knob falls off, unless it contains part of a template.
 TEST(NoGo, WhatHoldsATemplateDoesNotFallAway) {
   for (const bool templated : {false, true})
     for (const Crumbs rule : {Crumbs::sort, Crumbs::fall, Crumbs::body}) {
@@ -300,7 +301,8 @@ TEST(NoGo, WhatHoldsATemplateDoesNotFallAway) {
     }
 }
 
-// What a ball reaches along a way is masked: nothing cuts it, until the mask is taken away there.
+// The volume that a ball reaches along a path is masked. Nothing cuts it until the mask is removed
+// there.
 TEST(NoGo, AMaskThatIsPainted) {
   TriDexel model(make_lattice(Vec3(40, 20, 20), 0.5, 4).value());
   model.fill_block({Vec3::Zero(), Vec3(40, 20, 20)}, 0);
@@ -316,8 +318,8 @@ TEST(NoGo, AMaskThatIsPainted) {
   ASSERT_TRUE(bench.act({{3}, BodyRemove{}}).ok());
   const Body mask = *bench.bodies().find(2);
   EXPECT_TRUE(mask.no_go);
-  // Half a capsule and half another, which share a quarter of a ball and more: two half tubes and
-  // what their bend adds, by sampling.
+  // Half a capsule and another half capsule, which share a quarter of a ball and more: two half
+  // tubes and the volume of their bend, by sampling.
   int64_t inside = 0;
   const double step = 0.1;
   for (double x = 5 + step / 2; x < 25; x += step)
@@ -346,13 +348,13 @@ TEST(NoGo, AMaskThatIsPainted) {
   intersect(held, DexelSolid(mask.model, mask.material_bounds), {}, changed);
   EXPECT_NEAR(held.volume_mm3(), mask.model.volume_mm3(), 1e-9);
 
-  paint.way_mm = {Vec3(10, 10, 17), Vec3(15, 10, 17)};
-  EXPECT_FALSE(act({1, 2}).ok());  // it is protected already
+  paint.path_mm = {Vec3(10, 10, 17), Vec3(15, 10, 17)};
+  EXPECT_FALSE(act({1, 2}).ok());  // it is already protected
   paint.operation = SplineOperation::cut;
   ASSERT_TRUE(act({1, 2}).ok());
   EXPECT_LT(bench.bodies().find(2)->model.volume_mm3(), 0.7 * mask.model.volume_mm3());
-  EXPECT_FALSE(act({1, 2}).ok());  // nothing is there any more
-  paint.way_mm = {Vec3(0, 10, 17), Vec3(30, 10, 17), Vec3(20, 10, 17), Vec3(20, 25, 17)};
+  EXPECT_FALSE(act({1, 2}).ok());  // nothing is left there
+  paint.path_mm = {Vec3(0, 10, 17), Vec3(30, 10, 17), Vec3(20, 10, 17), Vec3(20, 25, 17)};
   ASSERT_TRUE(act({1, 2}).ok());
   EXPECT_EQ(bench.bodies().all.size(), 1u);
   const auto free = bench.no_go();
@@ -363,15 +365,15 @@ TEST(NoGo, AMaskThatIsPainted) {
     change(bad);
     return bench.act({std::move(bodies), bad}).ok();
   };
-  EXPECT_FALSE(wrong({1}, [](BodyProtect& a) { a.way_mm.clear(); }));
+  EXPECT_FALSE(wrong({1}, [](BodyProtect& a) { a.path_mm.clear(); }));
   EXPECT_FALSE(wrong({1, 9}, [](BodyProtect&) {}));
   EXPECT_FALSE(wrong({1}, [](BodyProtect& a) { a.operation = SplineOperation::cut; }));
-  EXPECT_FALSE(wrong({1}, [](BodyProtect& a) { a.way_mm = {Vec3(0, 0, 400)}; }));
-  EXPECT_FALSE(wrong({1}, [](BodyProtect& a) { a.way_mm = {Vec3(0, 0, std::nan(""))}; }));
+  EXPECT_FALSE(wrong({1}, [](BodyProtect& a) { a.path_mm = {Vec3(0, 0, 400)}; }));
+  EXPECT_FALSE(wrong({1}, [](BodyProtect& a) { a.path_mm = {Vec3(0, 0, std::nan(""))}; }));
 }
 
-// Moved, turned and mirrored, a body keeps its mask where it is on it; a mask can go its own way.
-TEST(NoGo, AMaskGoesWithItsBody) {
+// A body that is moved, turned and mirrored keeps its mask in place. A mask can also move alone.
+TEST(NoGo, AMaskMovesWithItsBody) {
   TriDexel model(make_lattice(Vec3(40, 20, 20), 0.5, 12).value());
   model.fill_block({Vec3::Zero(), Vec3(40, 20, 20)}, 0);
   Workbench bench(model);
@@ -386,13 +388,13 @@ TEST(NoGo, AMaskGoesWithItsBody) {
   };
   const auto mask = [&]() -> const Body& { return *bench.bodies().find(2); };
   const auto own = [&]() -> const Body& { return *bench.bodies().find(1); };
-  // As the body sees it, it has not moved, to the bit.
+  // In the body's frame, it has not moved, to the bit.
   act({1}, BodyMove{{Vec3(3, -2, 5), rotation(Vec3(0.3, -0.2, 0.5))}});
   EXPECT_EQ(mask().pose.tip, own().pose.tip);
   const auto moved = bench.no_go();
   ASSERT_TRUE(moved.ok() && moved.value());
   EXPECT_EQ(moved.value()->model().content_hash(), held);
-  // Baked, both stand as the world does, the mask still within the body.
+  // After baking, both have the world's frame, and the mask is still within the body.
   act({1}, BodyBake{});
   EXPECT_TRUE(mask().pose.tip.isZero() && own().pose.tip.isZero());
   TriDexel within(mask().model, mask().material_bounds);
@@ -405,12 +407,12 @@ TEST(NoGo, AMaskGoesWithItsBody) {
   TriDexel mirrored(mask().model, mask().material_bounds);
   intersect(mirrored, DexelSolid(own().model, own().material_bounds), {}, changed);
   EXPECT_NEAR(mirrored.volume_mm3(), volume, 0.01 * volume);
-  // Named itself, it goes by itself; one that shall not follow stays.
+  // A named mask moves alone. A mask that does not follow stays.
   act({2}, BodyMove{{Vec3(1, 0, 0), Mat3::Identity()}});
   EXPECT_EQ(own().pose.tip, Vec3(Vec3::Zero()));
   act({1}, BodyMove{{Vec3(0, 4, 0), Mat3::Identity()}});
   EXPECT_EQ(mask().pose.tip, Vec3(1, 4, 0));
-  // A copy of a mask is none; a locked one holds its body.
+  // A copy of a mask is not a mask. A locked mask blocks its body.
   act({2}, BodyDuplicate{});
   EXPECT_EQ(bench.bodies().find(3)->mask_of, 0);
   act({3}, BodyRemove{});
@@ -421,17 +423,17 @@ TEST(NoGo, AMaskGoesWithItsBody) {
   lock.properties.locked = false;
   ASSERT_TRUE(bench.act({{2}, lock}).ok());
   paint.follows = false;
-  paint.way_mm = {bench.bodies().find(1)->pose.to_world(Vec3(20, 10, 10))};
+  paint.path_mm = {bench.bodies().find(1)->pose.to_world(Vec3(20, 10, 10))};
   ASSERT_TRUE(bench.act({{1}, paint}).ok());
   act({1}, BodyMove{{Vec3(0, 8, 0), Mat3::Identity()}});
   EXPECT_EQ(bench.bodies().find(4)->pose.tip, Vec3(0, 4, 0));
 }
 
-// What holds no node can't be put elsewhere, and is in nobody's way there.
+// A body without nodes cannot be placed elsewhere, and protects nothing there.
 TEST(NoGo, ACrumbThatHoldsNothingIsNoWall) {
   TriDexel model(make_lattice(Vec3(20, 20, 20), 1, 4).value());
   model.fill_block({Vec3::Zero(), Vec3(20, 20, 20)}, 0);
-  Bodies bodies = Bodies::of(model);
+  BodyList bodies = BodyList::of(model);
   TriDexel thin(model.lattice());
   // On a ray along y, between two nodes.
   test::add(thin, test::tool_at(BoxTool{Vec3(0.2, 0.6, 0.2)},
@@ -450,7 +452,7 @@ TEST(NoGo, ACrumbThatHoldsNothingIsNoWall) {
             "body 'Body 1': there is no material left");
 }
 
-// A mask of a scene: what stands of it is as high as the stock was.
+// A mask in a scene: the protected part is as high as the stock was.
 TEST(NoGo, AMaskInAScene) {
   const std::string text = R"([stock]
 block = [40, 20, 20]
@@ -472,7 +474,7 @@ speed = 60
   ASSERT_TRUE(scene) << scene.error();
   const auto carving = carve(scene.value(), {});
   ASSERT_TRUE(carving) << carving.error();
-  const Bodies& bodies = carving.value().bodies;
+  const BodyList& bodies = carving.value().bodies;
   ASSERT_EQ(bodies.all.size(), 2u);
   EXPECT_EQ(bodies.all[1].name, "Mask");
   TriDexel held(bodies.all[0].model, bodies.all[0].material_bounds);

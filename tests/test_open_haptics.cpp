@@ -52,7 +52,7 @@ TEST_F(OpenHaptics, ReadsAndWritesInOurAxes) {
   ASSERT_EQ(read_fresh(device, reading), DeviceStatus::ok);
   EXPECT_NEAR((reading.position_mm - Vec3(10, 30, 20)).norm(), 0, 1e-9);
   EXPECT_NEAR((reading.velocity_mm_s - Vec3(100, 0, 0)).norm(), 0, 1e-9);
-  // A quarter turn about their y, which is our z.
+  // A quarter turn about the vendor's y, which is our z.
   EXPECT_NEAR((reading.frame * Vec3::UnitZ() - Vec3::UnitZ()).norm(), 0, 1e-9);
   EXPECT_NEAR((reading.frame * Vec3::UnitX() - Vec3::UnitY()).norm(), 0, 1e-9);
   EXPECT_EQ(reading.buttons, 2u);
@@ -62,7 +62,7 @@ TEST_F(OpenHaptics, ReadsAndWritesInOurAxes) {
   }
   EXPECT_EQ(fake_->force_y, 3);   // up
   EXPECT_EQ(fake_->force_z, -2);  // to the user
-  // Nobody renews it: let go within 20 ms (and what the thread takes).
+  // Without renewal, the force ends within 20 ms (plus the delay of the thread).
   std::this_thread::sleep_for(milliseconds(80));
   EXPECT_EQ(fake_->force_y, 0);
   opened.value().reset();

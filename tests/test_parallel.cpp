@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Work on several threads: all of it is done, and a process that does it all day does not grow.
+// Work on several threads: all of it is done, and the memory of a long-running process does not
+// grow.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -12,7 +13,7 @@
 namespace kibori {
 namespace {
 
-// Of this process [pages].
+// Memory of this process [pages].
 long resident() {
   std::ifstream file("/proc/self/statm");
   long all = 0, there = 0;
@@ -21,17 +22,17 @@ long resident() {
 }
 
 TEST(Parallel, AllIsDoneFromAnyThread) {
-  std::vector<std::thread> askers;
+  std::vector<std::thread> callers;
   std::atomic<int> wrong{0};
   for (int t = 0; t < 4; t++)
-    askers.emplace_back([&wrong, t] {
+    callers.emplace_back([&wrong, t] {
       for (size_t count = 0; count < 300; count++) {
         std::vector<std::atomic<int>> done(count);
         run_parallel(1 + t, count, [&](size_t i) { done[i]++; });
         for (const auto& one : done) wrong += one != 1;
       }
     });
-  for (std::thread& asker : askers) asker.join();
+  for (std::thread& caller : callers) caller.join();
   EXPECT_EQ(wrong, 0);
 }
 
@@ -44,7 +45,7 @@ TEST(Parallel, ManyCallsTakeNoMoreMemory) {
   const long before = resident();
   call(2000);
   EXPECT_EQ(sum, 3u * 2100);
-  // Pages of 4 kB; an arena for each call took 7 kB a call, 14 MB.
+  // Pages of 4 kB. An arena for each call took 7 kB per call, 14 MB.
   EXPECT_LT(resident() - before, 1024);
 }
 

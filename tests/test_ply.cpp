@@ -22,7 +22,7 @@ using test::Random;
 enum class Form { ascii, little_endian, big_endian };
 constexpr Form kForms[] = {Form::ascii, Form::little_endian, Form::big_endian};
 
-// A PLY file, number by number.
+// Writes a PLY file, number by number.
 class Writer {
  public:
   explicit Writer(Form form) : form_(form) {
@@ -78,9 +78,8 @@ std::vector<std::array<int, 3>> faces(int from_row, int to_row) {
   return all;
 }
 
-// The same cells as strips: a row each, broken off and begun again anywhere. Where a piece begins
-// with what is a second triangle, its first vertex is named twice. Rows follow each other by a
-// restart, or by triangles without extent.
+// The same cells as strips: one per row, randomly interrupted and restarted. If a piece begins with
+// an odd triangle, its first vertex is repeated. A restart, or degenerate triangles, separate rows.
 std::vector<int> strips(int from_row, int to_row, Random& random) {
   std::vector<int> list;
   for (int j = from_row; j < to_row; j++) {
@@ -98,7 +97,7 @@ std::vector<int> strips(int from_row, int to_row, Random& random) {
       if (list.size() > begin + 2 && k + 1 < 2 * kColumns && random.integer(0, 5) == 0) {
         const int before = at((k - 1) / 2, j + (k - 1) % 2), last = list.back();
         list.push_back(-1);
-        if (k % 2 == 0) list.push_back(before);  // (k - 1) % 2 == 1: turned about
+        if (k % 2 == 0) list.push_back(before);  // (k - 1) % 2 == 1: reversed
         list.insert(list.end(), {before, last});
       }
     }
@@ -106,8 +105,8 @@ std::vector<int> strips(int from_row, int to_row, Random& random) {
   return list;
 }
 
-// A file of the grid, rows [0, split) as faces and the others as strips, among much that is of no
-// interest.
+// A file of the grid: rows [0, split) as faces and the others as strips, with many irrelevant
+// elements.
 template <class Float, class Index>
 std::string file_of(Form form, int split, Random& random) {
   const auto points = grid();
@@ -161,7 +160,7 @@ std::string file_of(Form form, int split, Random& random) {
   return file.bytes();
 }
 
-// Triangles by their corners, each begun with its least.
+// Triangles by their corners, each starting with its smallest.
 std::vector<std::array<std::array<double, 3>, 3>> triangles_of(const TriangleMesh& mesh) {
   std::vector<std::array<std::array<double, 3>, 3>> all;
   for (const auto& t : mesh.triangles) {
@@ -181,7 +180,7 @@ class PlyTest : public ::testing::Test {
  protected:
   void SetUp() override { std::filesystem::create_directories(folder_); }
   void TearDown() override { std::filesystem::remove_all(folder_); }
-  // By the way every mesh comes in, through the helper program.
+  // Reads it as any mesh, through the helper program.
   Result<TriangleMesh> read(const std::string& bytes) const {
     std::ofstream(folder_ / "a.ply", std::ios::binary) << bytes;
     return read_mesh(folder_ / "a.ply");
@@ -203,7 +202,7 @@ TEST_F(PlyTest, StripsAreTheTrianglesOfTheSameFaces) {
     EXPECT_EQ(triangles_of(mesh.value()), triangles_of(wanted)) << what << "; " << random.note();
   };
   for (const Form form : kForms)
-    // Faces alone (another reader's), strips alone, both.
+    // Only faces (another reader), only strips, both.
     for (const int split : {kRows - 1, 0, 3}) {
       const std::string what = "form " + std::to_string(static_cast<int>(form)) + ", " +
                                std::to_string(split) + " rows as faces";
@@ -232,7 +231,7 @@ TEST(Ply, OneStripAroundATetrahedronFacesOutwards) {
   EXPECT_NEAR(volume, 1.0 / 6, 1e-15);
 }
 
-TEST(Ply, PolygonsBesideStripsBecomeFans) {
+TEST(Ply, PolygonsNextToStripsBecomeFans) {
   const auto mesh =
       parse_ply(std::string("ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty "
                             "float y\nproperty float z\n"
@@ -247,7 +246,7 @@ TEST(Ply, PolygonsBesideStripsBecomeFans) {
             (std::vector<std::array<uint32_t, 3>>{{0, 1, 2}, {0, 2, 3}, {0, 3, 4}}));
 }
 
-TEST_F(PlyTest, BadFilesAreOneSentenceThatSaysWhat) {
+TEST_F(PlyTest, BadFilesAreReportedInOneSentence) {
   const std::string head =
       "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n";
   const std::string rest =
@@ -271,7 +270,7 @@ TEST_F(PlyTest, BadFilesAreOneSentenceThatSaysWhat) {
   refused(head + rest + points + "3 0 1 2\n3 0 x 2\n",
           ":14: 'tristrips' 2: expected a number, found 'x'");
   refused(head + rest + "0 0 0\n1 nan 0\n0 1 0\n3 0 1 2\n0\n",
-          "'vertex' 2: has a coordinate that is not a finite");
+          "'vertex' 2: expected a number, found 'nan'");
   refused(head + rest + points, "too short for the 2 of element 'tristrips'");
   refused(head + "element tristrips 0\nend_header\n" + points,
           "element 'vertex' has no property 'z'");
@@ -283,13 +282,14 @@ TEST_F(PlyTest, BadFilesAreOneSentenceThatSaysWhat) {
           ":6: the header has a line that means");
   refused(head + "element tristrips -1\nend_header\n" + points,
           "there can't be '-1' of element 'tristrips'");
-  refused(head + "element tristrips 1\n" + points, "end_header");
+  refused(head + "element tristrips 1\n", "end_header");
+  refused(head + "element tristrips 1\n" + points, ":7: the header has a line that means nothing");
   refused("ply\nformat ascii 1.0\nelement tristrips 0\nend_header\n",
           "names element 'vertex' 0 times");
   refused("ply\nelement tristrips 0\nend_header\n", "does not say the format");
   refused("ply\nformat utf-8 1.0\nelement tristrips 0\nend_header\n", "unknown format 'utf-8'");
   refused(head + rest + points + "2 0 1\n2 1 2\n", "holds no triangles");
-  // A binary file that breaks off anywhere.
+  // A binary file that is truncated anywhere.
   Random random;
   for (const Form form : {Form::little_endian, Form::big_endian}) {
     const std::string whole = file_of<float, int32_t>(form, 3, random);

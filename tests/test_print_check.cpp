@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a printer would fail at, of shapes whose faults are known.
+// Print check: shapes with known faults.
 #include <array>
 #include <cmath>
 
@@ -58,7 +58,7 @@ TEST(PrintCheck, ABlockHasNoFaults) {
   EXPECT_NEAR(areas.all, 2 * (20 * 15 + 15 * 10 + 20 * 10), 0.05 * areas.all);
 }
 
-// A table: its top hangs but for where its leg stands.
+// A table: its top overhangs, except above its leg.
 TEST(PrintCheck, WhatHangsIsFound) {
   const auto model = room(Vec3(30, 30, 30), 0.25);
   put(*model, Vec3(4, 4, 10), Vec3(15, 15, 5));
@@ -66,13 +66,13 @@ TEST(PrintCheck, WhatHangsIsFound) {
   const Areas areas = areas_of(*model);
   EXPECT_NEAR(of(areas, PrintFault::overhang), 20 * 20 - 4 * 4, 0.06 * 384);
   EXPECT_NEAR(of(areas, PrintFault::thin), 0, 1e-9);
-  // Printed upside down, only the leg's foot rises from the bed, and nothing hangs.
+  // Printed upside down, only the leg's foot rises from the bed, and nothing overhangs.
   PrintCheckOptions turned;
   turned.up = -Vec3::UnitZ();
   EXPECT_NEAR(of(areas_of(*model, turned), PrintFault::overhang), 0, 1e-9);
 }
 
-// A cone on its point leans as its angle says.
+// A cone on its point is an overhang from a certain angle on.
 TEST(PrintCheck, WhatLeansHangsFromItsAngleOn) {
   for (const double angle : {60.0, 80.0, 100.0, 120.0}) {
     const auto model = room(Vec3(40, 40, 24), 0.2);
@@ -84,7 +84,7 @@ TEST(PrintCheck, WhatLeansHangsFromItsAngleOn) {
     if (wide > 18) continue;
     const double side = std::acos(-1.0) * wide * 16 / std::cos(half);
     const Areas areas = areas_of(*model);
-    // From upright it leans by half its angle.
+    // Its side leans by half its angle from the vertical.
     EXPECT_NEAR(of(areas, PrintFault::overhang), angle / 2 > 45 ? side : 0, 0.05 * side) << angle;
   }
 }

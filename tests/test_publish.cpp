@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Published ticks: a reader that does not read loses ticks, which their numbers tell, and nobody
-// else loses any. tests/test_publish.py has the rest, with programs of their own.
+// Published ticks: a reader that does not read loses ticks, and their numbers show it. No other
+// reader loses any. tests/test_publish.py tests the rest with separate programs.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -41,7 +41,7 @@ class Reader {
     const auto* const data = static_cast<const uint8_t*>(buffer.data().data());
     return {data, data + buffer.size()};
   }
-  // Of the rows of the next message of ticks.
+  // Numbers of the rows of the next message of ticks.
   std::vector<uint64_t> numbers() {
     std::vector<uint8_t> bytes;
     do bytes = message();
@@ -82,7 +82,7 @@ TEST(Publish, ColumnsAreARow) {
   EXPECT_EQ(std::count(taken.begin(), taken.end(), false), 0);
 }
 
-TEST(Publish, SaysWhatItIsOfFirstAndAgain) {
+TEST(Publish, RepeatsItsDescription) {
   const auto publishing = server();
   Reader reader(publishing->address());
   std::vector<uint8_t> about = reader.message();
@@ -101,7 +101,7 @@ TEST(Publish, SaysWhatItIsOfFirstAndAgain) {
   EXPECT_EQ(reader.numbers(), (std::vector<uint64_t>{0, 1, 2}));
 }
 
-TEST(Publish, WhoDoesNotReadLosesTicksAloneAndIsTold) {
+TEST(Publish, AReaderThatPausesLosesOnlyTicksAndIsNotified) {
   const auto publishing = server();
   Reader slow(publishing->address()), quick(publishing->address());
   constexpr size_t kMessages = 600, kRows = 1000;  // 150 MB
@@ -114,8 +114,8 @@ TEST(Publish, WhoDoesNotReadLosesTicksAloneAndIsTold) {
     for (const uint64_t number : quick.numbers()) ASSERT_EQ(number, expected++);
   }
   EXPECT_EQ(expected, kMessages * kRows);
-  // The other has what was waiting for it, in order, and goes on with what comes now.
-  uint64_t last = 0, gaps = 0, came = 0;
+  // The other reader gets what was queued for it, in order, and continues with new messages.
+  uint64_t last = 0, gaps = 0, received = 0;
   bool first = true;
   std::thread more([&] {
     for (size_t m = 0; m < 200; m++) {
@@ -133,11 +133,11 @@ TEST(Publish, WhoDoesNotReadLosesTicksAloneAndIsTold) {
       gaps += !first && number > last + 1;
       last = number;
       first = false;
-      came++;
+      received++;
     }
   more.join();
   EXPECT_GE(gaps, 1u);
-  EXPECT_LT(came, kMessages * kRows);
+  EXPECT_LT(received, kMessages * kRows);
 }
 
 TEST(Publish, AtItsEndAllIsRead) {
@@ -148,12 +148,12 @@ TEST(Publish, AtItsEndAllIsRead) {
     std::vector<TickRow> rows(2000);
     for (int i = 0; i < 4; i++) publishing->publish(rows);
     std::thread end([&] { publishing.reset(); });
-    size_t came = 0;
-    EXPECT_THROW(for (;;) came += reader.numbers().size(), beast::system_error);
-    EXPECT_EQ(came, 8000u);
+    size_t received = 0;
+    EXPECT_THROW(for (;;) received += reader.numbers().size(), beast::system_error);
+    EXPECT_EQ(received, 8000u);
     end.join();
   }
-  // Nor does one that never reads keep it from ending.
+  // A reader that never reads does not block the shutdown.
   auto publishing = server();
   Reader reader(publishing->address());
   EXPECT_EQ(reader.message().at(0), 96);
@@ -162,7 +162,7 @@ TEST(Publish, AtItsEndAllIsRead) {
   publishing.reset();
 }
 
-TEST(Publish, ReadersComeAndGo) {
+TEST(Publish, ReadersConnectAndDisconnect) {
   const auto publishing = server();
   std::vector<TickRow> rows(10);
   for (int round = 0; round < 50; round++) {

@@ -39,13 +39,13 @@ def port():
 class Run:
     """kibori servo, with what it publishes read into one array."""
 
-    def __init__(self, *arguments, seconds=2, beside=lambda address: None):
+    def __init__(self, *arguments, seconds=2, companion=lambda address: None):
         address = f"127.0.0.1:{port()}"
         self.program = subprocess.Popen([KIBORI, "servo", "--publish", address, "--seconds", str(seconds), "--json", *arguments],
                                         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        said = self.program.stderr.readline()
-        assert address in said, said + self.program.stderr.read()
-        self.other = beside(address)
+        first_line = self.program.stderr.readline()
+        assert address in first_line, first_line + self.program.stderr.read()
+        self.other = companion(address)
         with kb.listen(address) as ticks:
             self.rows = np.concatenate(list(ticks))
             self.about, self.lost = ticks.about, ticks.lost
@@ -95,7 +95,7 @@ class Ticks(Folder):
 
     @unittest.skipUnless(shutil.which("node"), "no node")
     def test_are_the_same_in_javascript(self):
-        run = Run(beside=lambda address: subprocess.Popen(["node", HERE / "judges/read_ticks.mjs", address], text=True,
+        run = Run(companion=lambda address: subprocess.Popen(["node", HERE / "judges/read_ticks.mjs", address], text=True,
                                                           stdout=subprocess.PIPE, stderr=subprocess.PIPE))
         out, error = run.other.communicate(timeout=60)
         self.assertEqual(error, "")
@@ -121,13 +121,13 @@ class Ticks(Folder):
             self.assertIn(address, studio.program.stdout.readline())
             page = greeted(studio)
             until(page, 69)
-            rows, abouts, begun, done = [], [], threading.Event(), threading.Event()
+            rows, metadata, begun, done = [], [], threading.Event(), threading.Event()
 
             def read():
                 with kb.listen(address) as ticks:
                     begun.set()
                     for some in ticks:
-                        abouts.append(ticks.about["document"])
+                        metadata.append(ticks.about["document"])
                         rows.append(some)
                 done.set()
 
@@ -154,7 +154,7 @@ class Ticks(Folder):
             self.assertEqual(studio.close(), 0)
             self.assertTrue(done.wait(20))
             for name, total in zip(("one.kibori", "two.kibori"), removed):
-                some = np.concatenate([r for r, about in zip(rows, abouts) if about == name])
+                some = np.concatenate([r for r, about in zip(rows, metadata) if about == name])
                 self.assertGreater(total, 100)
                 np.testing.assert_allclose(some["removed_mm3"].sum(), total, rtol=1e-6)
                 self.assertGreater(np.linalg.norm(some["force_N"], axis=1).max(), 1)
@@ -237,11 +237,11 @@ class Readers(Folder):
         from websockets.exceptions import ConnectionClosed
         from websockets.server import serve
 
-        for say, sentence in ((b"", "not what kibori"), (b"x", "not what kibori"), (bytes([97, 0, 0, 0, 0]), "not what kibori"),
+        for payload, sentence in ((b"", "not what kibori"), (b"x", "not what kibori"), (bytes([97, 0, 0, 0, 0]), "not what kibori"),
                               (bytes([96, 17, 0, 255, 0, 0, 0]), "not what kibori"), (b"\x60\x11\x00\x02\x00\x00\x00{}", "not what kibori"),
                               (b'\x60\x11\x00\x0c\x00\x00\x00{"format":9}', "in format 9")):
             async def answer(socket):
-                await socket.send(say)
+                await socket.send(payload)
                 try:
                     await socket.wait_closed()
                 except ConnectionClosed:
@@ -263,7 +263,7 @@ class Readers(Folder):
             ended.get_loop().call_soon_threadsafe(ended.set_result, None)
             thread.join()
 
-    def test_says_what_is_wrong(self):
+    def test_errors_are_reported(self):
         for place, sentence in (("7070", "write HOST:PORT"), ("127.0.0.1:", "0 to 65535"), ("127.0.0.1:70707", "0 to 65535"),
                                 ("127.0.0.1:80x", "0 to 65535"), (":80", "write HOST:PORT"), ("no.such.host.invalid:80", "there is no host"),
                                 (f"127.0.0.1:{self.port}", "can't publish at"), ("192.0.2.1:80", "can't publish at"),
@@ -291,15 +291,15 @@ class Dds(Folder):
             peer = subprocess.Popen([PEER, str(self.DOMAIN), "9", "20", "25"], stdout=out)
         run = Run("--device", f"dds:{self.DOMAIN}", "--publish", f"dds:{self.DOMAIN}", seconds=6)
         self.assertEqual(peer.wait(30), 0)
-        came = {}
+        received = {}
         with open(self.folder / "peer.csv") as lines:
             for line in lines:
                 topic, stamp, frame, *numbers = line.rstrip().split(",")
-                came.setdefault(topic, []).append((float(stamp), frame, *map(float, numbers)))
+                received.setdefault(topic, []).append((float(stamp), frame, *map(float, numbers)))
         self.assertIn("DDS", run.about["device"])
         self.assertGreater(run.report["removed_mm3"], 100)
-        numbers = lambda topic: np.array([row[2:] for row in came[topic]])
-        self.assertEqual({frame for topic in came if topic != "sent" for _, frame, *_ in came[topic]}, {"kibori_world", "kibori_device"})
+        numbers = lambda topic: np.array([row[2:] for row in received[topic]])
+        self.assertEqual({frame for topic in received if topic != "sent" for _, frame, *_ in received[topic]}, {"kibori_world", "kibori_device"})
         # Poses in: each that the tool was wanted at is one that was sent, about the block's middle, in m.
         middle = np.array([40, 25, 15]) / 1000
         sent = {tuple(np.round(row, 9)) for row in numbers("sent")}
@@ -318,7 +318,7 @@ class Dds(Folder):
             # What came while both read.
             keys = {tuple(np.round(row, 9)) for row in ours}
             self.assertGreater(np.mean([tuple(np.round(row, 9)) in keys for row in theirs[len(theirs) // 2:]]), 0.99, topic)
-            stamps = np.array([row[0] for row in came[topic]])
+            stamps = np.array([row[0] for row in received[topic]])
             self.assertTrue((np.diff(stamps) > 0).all(), topic)
             self.assertLess(abs(stamps[-1] - time.time()), 60)
         # What the hand is given goes to the device.

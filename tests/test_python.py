@@ -54,7 +54,7 @@ class Folder(unittest.TestCase):
 
 
 class Carving(Folder):
-    def test_as_the_readme_says(self):
+    def test_example_of_the_readme(self):
         m = kb.Model.block(size=(80, 50, 30), pitch=0.5)
         r = m.carve(kb.Ball(radius=5), [[10, 25, 28], [70, 25, 28]])
         self.assertEqual((r.removed_mm3.shape, r.force.shape, r.moment.shape, r.poses.shape), ((1,), (1, 3), (1, 3), (1, 7)))
@@ -75,9 +75,9 @@ class Carving(Folder):
         document, csv = self.folder / "a.kibori", self.folder / "a.csv"
         done = run("carve", scene, "-o", document, "--forces", csv, "--json")
         self.assertEqual(done.returncode, 0, done.stderr)
-        said = json.loads(done.stdout)
+        output = json.loads(done.stdout)
         start, end = np.array([-6.0, 12, 17]), np.array([46.0, 18, 15])
-        ticks = said["ticks"]
+        ticks = output["ticks"]
         share = np.arange(ticks + 1) / ticks
         path = start + (end - start) * share[:, None]
         path[-1] = end
@@ -89,7 +89,7 @@ class Carving(Folder):
         for axis, name in enumerate("xyz"):
             column = next(n for n in names if n.lower().startswith("f" + name))
             np.testing.assert_allclose(r.force[:, axis], rows[column], atol=1e-5)
-        self.assertAlmostEqual(r.removed_mm3.sum(), said["removed_mm3"], delta=1e-6 * said["removed_mm3"])
+        self.assertAlmostEqual(r.removed_mm3.sum(), output["removed_mm3"], delta=1e-6 * output["removed_mm3"])
 
     def test_golden_paths(self):
         """As tests/golden_paths.h does it in C++: the same model, volumes and forces to the last bit."""
@@ -114,7 +114,7 @@ class Carving(Folder):
             for _ in range(2 + i % 4):
                 path.append(path[-1] + in_box(-0.6, 0.6))
             r = m.carve(tools[i % 6], [[*tip, *xyz, w] for tip in path], mode, materials[1] if mode == "deposit" else None,
-                        force="energy" if i % 3 else "paper")
+                        force="energy" if i % 3 else "paper", thrust=0 if i % 3 else None)
             for k in range(len(r)):
                 removed += float(r.removed_mm3[k])
                 force += float(np.abs(r.force[k]).max())
@@ -125,18 +125,52 @@ class Carving(Folder):
         u = 7.0
         m = block(material=kb.Material("even", u=u, kf=0.004))
         path = groove()
-        r = m.carve(kb.Ball(5), path)
-        way = np.diff(path, axis=0)
-        length = np.linalg.norm(way, axis=1)
-        # Its work is u for each mm3; four rays deep, fields differ by a hundredth.
-        work = -np.einsum("ij,ij->i", r.force, way)
+        r = m.carve(kb.Ball(5), path, thrust=0)
+        displacement = np.diff(path, axis=0)
+        length = np.linalg.norm(displacement, axis=1)
+        # Its work is u for each mm3; what was removed over the last cell of path is not paid.
+        work = -np.einsum("ij,ij->i", r.force, displacement)
         self.assertAlmostEqual(work.sum(), u * r.removed_mm3.sum(), delta=0.02 * work.sum())
-        np.testing.assert_allclose(np.cross(r.force, way), 0, atol=1e-9)
+        np.testing.assert_allclose(np.cross(r.force, displacement), 0, atol=1e-9)
         m = block(material=kb.Material("even", u=u, kf=0.004))
         r = m.carve(kb.Ball(5), path, force="paper")
-        np.testing.assert_allclose(r.force, -0.004 * (r.points / length)[:, None] * way, atol=1e-9)
+        np.testing.assert_allclose(r.force, -0.004 * (r.points / length)[:, None] * displacement, atol=1e-9)
         motor = block(material=kb.Material("even", u=u)).carve(kb.Ball(5), path, powered="motor")
         np.testing.assert_allclose(motor.force, 0.1 * block(material=kb.Material("even", u=u)).carve(kb.Ball(5), path).force)
+
+    def test_thrust_pushes_off_and_does_no_work(self):
+        path = groove()
+        displacement = np.diff(path, axis=0)
+        plain = block(material=kb.Material("even", u=7)).carve(kb.Ball(5), path, thrust=0)
+        r = block(material=kb.Material("even", u=7)).carve(kb.Ball(5), path)
+        np.testing.assert_allclose(np.einsum("ij,ij->i", r.force - plain.force, displacement), 0, atol=1e-9)
+        middle = len(r) // 2
+        self.assertGreater(r.force[middle, 2], 0.05 * np.linalg.norm(plain.force[middle]))
+
+    def test_wood_by_thickness_and_direction(self):
+        def force(thickness, axis):
+            wood = kb.Material("ash", k=(35, 12, 8), m=0.5, axis=axis, pith=(0, 0, -100))
+            m = kb.Model.block((12, 8, 4), 0.1, material=wood)
+            path = [[x, 4, 4 - thickness] for x in np.arange(-2, 8, 0.05)]
+            return -m.carve(kb.Box((2, 5, 6)), path).force[100:160, 0].mean()
+
+        for axis, k in (((0, 0, 1), 35), ((1, 0, 0), 12), ((0, 1, 0), 8)):
+            # Thicker, the chip is not flat, and end grain counts across the fibres, too.
+            for thickness in (0.15, 0.3):
+                wanted = k * 5 * thickness**0.5
+                self.assertAlmostEqual(force(thickness, axis), wanted, delta=0.03 * wanted)
+
+    def test_materials_describe_themselves(self):
+        self.assertEqual(kb.Material("ash", k=10, m=0.3).k, [10, 10, 10])
+        self.assertEqual(kb.Material("oak", 20).k, [0, 0, 0])
+        self.assertIsNone(block(material=kb.Material("oak", 20)).mass_g)
+        self.assertAlmostEqual(block(material=kb.Material("oak", 20, density=1000)).mass_g, 24, delta=0.01)
+        for wrong in (lambda: kb.Material("x"), lambda: kb.Material("x", 1, k=2)):
+            with self.assertRaisesRegex(TypeError, "u or k"):
+                wrong()
+        for wrong in (lambda: kb.Material("x", k=(1, 0, 2)), lambda: kb.Material("x", k=1, m=1), lambda: kb.Material("x", 1, m=0.5)):
+            with self.assertRaises(kb.Error):
+                wrong()
 
     def test_a_hand_on_a_spring(self):
         m = block(material="oak")
@@ -163,7 +197,7 @@ class Carving(Folder):
         self.assertLess(across.max(), 2.01)
         np.testing.assert_allclose(r.poses[0], pose(17), atol=1e-9)
 
-    def test_where_the_body_stands(self):
+    def test_pose_of_the_body(self):
         """Turned and moved, a body is carved where it is seen: the same cut, forces and recording, all of it moved along."""
         m, moved = block(), block()
         c, t = np.cos(0.35), np.sin(0.35)
@@ -174,7 +208,7 @@ class Carving(Folder):
         one, other = m.carve(kb.Ball(4), path), moved.carve(kb.Ball(4), there(path))
         # The same lattice, but for the last digits of turning there and back, which float32 may round another way.
         np.testing.assert_allclose(other.removed_mm3, one.removed_mm3, rtol=1e-5, atol=1e-4)
-        np.testing.assert_allclose(other.force, one.force @ turn.T, atol=1e-3)
+        np.testing.assert_allclose(other.force, one.force @ turn.T, atol=5e-3)  # the front of the tool, as its normals are encoded
         np.testing.assert_allclose(other.poses[:, :3], there(path[1:]), atol=1e-9)
         with moved.stroke(kb.Ball(4), there([[20, -6, 18]])[0]) as led:
             tick = led.move(there([[20, 10, 18]])[0])
@@ -197,7 +231,7 @@ class Carving(Folder):
         live = np.concatenate([*rows, servo.ticks()])
         np.testing.assert_allclose(live["hand_pose"][0, :2], there([[20, 15, 0]])[0, :2], atol=0.5)
         self.assertGreater(live["hand_pose"][0, 2], 27 + 10)
-        # What was published and what was recorded, tick by tick: told by the place of the hand, where it was there once.
+        # What was published and what was recorded, tick by tick. The hand's place identifies a tick, if it was there once.
         read = kb.read_recording(servo.path)
         names = [[tuple(row) for row in np.round(ticks["hand_pose"], 9)] for ticks in (live, read)]
         once = [{name: i for i, name in enumerate(of) if of.count(name) == 1} for of in names]
@@ -267,22 +301,22 @@ class Carving(Folder):
 
 
 class SimulatedHand(unittest.TestCase):
-    def test_leans_on_wood_and_gives_way(self):
+    def test_presses_on_wood_and_yields(self):
         from kibori import testing
         # Down into the wood in 200 ms, held there for a second.
         z = np.concatenate([np.linspace(22, 12, 200), np.full(1000, 12)])
         targets = np.column_stack([np.full_like(z, 20), np.full_like(z, 15), z])
         hand = testing.Hand(targets[0], grip=0.3)
-        felt = testing.carve_by_hand(block(material="oak"), kb.Ball(4), targets, hand=hand, spring={"stiffness": 0.5})
+        results = testing.carve_by_hand(block(material="oak"), kb.Ball(4), targets, hand=hand, spring={"stiffness": 0.5})
         # At rest, grip and spring pull alike: the wood is held off by the springs in series, or by its yield.
-        end = felt["hand"][-1]
-        self.assertAlmostEqual(0.3 * (end[2] - 12), felt["force"][-1, 2], delta=0.02)
-        self.assertAlmostEqual(0.5 * (felt["tool"][-1, 2] - end[2]), felt["force"][-1, 2], delta=0.02)
-        self.assertGreater(felt["force"][-1, 2], 0.5)
-        self.assertLess(felt["tool"][-1, 2], 20)  # it has gone in
+        end = results["hand"][-1]
+        self.assertAlmostEqual(0.3 * (end[2] - 12), results["force"][-1, 2], delta=0.02)
+        self.assertAlmostEqual(0.5 * (results["tool"][-1, 2] - end[2]), results["force"][-1, 2], delta=0.02)
+        self.assertGreater(results["force"][-1, 2], 0.5)
+        self.assertLess(results["tool"][-1, 2], 20)  # it has gone in
         self.assertGreater(hand.min_work_mj, -1e-6)
         soft = testing.carve_by_hand(block(material="foam"), kb.Ball(4), targets, hand=testing.Hand(targets[0], grip=0.3))
-        self.assertGreater(soft["removed_mm3"].sum(), 5 * felt["removed_mm3"].sum())
+        self.assertGreater(soft["removed_mm3"].sum(), 5 * results["removed_mm3"].sum())
 
     def test_refuses_what_cant_be(self):
         from kibori import testing
@@ -345,7 +379,7 @@ class ServoLoop(Folder):
         with self.assertRaisesRegex(kb.Error, "has ended"):
             servo.hold(kb.Ball(2))
 
-    def test_works_on_the_active_body_where_it_stands(self):
+    def test_works_on_the_active_body_at_its_pose(self):
         """Of two halves of a block that stand apart; a no-go one is refused, and no stroke cuts into it."""
         m = block(0.5, material="oak")
         two = m.split((20, 15, 10), (1, 0, 0))
@@ -375,7 +409,7 @@ class ServoLoop(Folder):
         with self.assertRaisesRegex(kb.Error, "reshaped"):
             m.servo(kb.Ball(4), "smooth")
 
-    def test_says_what_cant_be(self):
+    def test_invalid_input_is_explained(self):
         m = block(1)
         for wrong, sentence in (({"device": "spoon"}, "no kind of device"), ({"rate": 50}, "100 to 4000"), ({"force": "x"}, "there is no force model"),
                                 ({"mode": "x"}, "there is no mode"), ({"strength": 0}, "strength"), ({"powered": "x"}, "powered"),
@@ -501,7 +535,7 @@ class History(Folder):
         self.verified(self.folder / "a.kibori")
         self.assertEqual(kb.Model.open(self.folder / "a.kibori").hash, m.hash)
 
-    def test_an_opened_document_goes_on(self):
+    def test_an_opened_document_continues(self):
         first, second = self.folder / "a.kibori", self.folder / "b.kibori"
         m = block()
         m.carve(kb.Ball(4), groove())
@@ -562,7 +596,7 @@ class History(Folder):
         m.save(path, overwrite=True)
         self.verified(path)
 
-    def test_undo_goes_back_to_the_body(self):
+    def test_undo_returns_to_the_body(self):
         m = block()
         m.split((20, 0, 0), (1, 0, 0))
         m.activate(2)
@@ -639,7 +673,7 @@ class History(Folder):
 class Recordings(Folder):
     def test_are_read_back_to_the_last_value(self):
         m = block(0.7, material="oak")
-        felt = [m.carve(kb.Ball(4), groove(rows=50)), m.carve(kb.Gouge(), groove(y=8, rows=30), force="series"),
+        results = [m.carve(kb.Ball(4), groove(rows=50)), m.carve(kb.Gouge(), groove(y=8, rows=30), force="series"),
                 m.carve(kb.Ball(3), groove(depth=1, rows=10), "deposit", "wax")]
         document = self.folder / "a.kibori"
         m.save(document)
@@ -651,9 +685,9 @@ class Recordings(Folder):
             for name in read:
                 same(other[name], read[name])
         # What the module said while it carved.
-        same(read["removed_mm3"], np.concatenate([r.removed_mm3 for r in felt]))
-        same(read["force_N"][:49], felt[0].force)
-        np.testing.assert_allclose(read["tool_pose"][:, :3], np.concatenate([r.poses for r in felt])[:, :3], atol=1e-12)
+        same(read["removed_mm3"], np.concatenate([r.removed_mm3 for r in results]))
+        same(read["force_N"][:49], results[0].force)
+        np.testing.assert_allclose(read["tool_pose"][:, :3], np.concatenate([r.poses for r in results])[:, :3], atol=1e-12)
         np.testing.assert_allclose(read["removed_of_mm3"].sum(axis=1), read["removed_mm3"], atol=1e-9)
         self.assertLess(read["removed_of_mm3"][-9:, 1].sum(), 0)
         self.assertEqual(read["about"]["materials"], ["oak", "wax"])
@@ -768,10 +802,10 @@ class BadInput(unittest.TestCase):
             lambda: kb.testing.Hand((0, 0, 0)).step((nan, 0, 0), (0, 0, 0)),
             lambda: kb.testing.Hand((0, 0, 0)).step((0, 0, 0), (0, 0, 0), seconds=-1),
         ):
-            with self.assertRaises(kb.Error) as said:
+            with self.assertRaises(kb.Error) as output:
                 make()
-            self.assertGreater(len(str(said.exception)), 10)
-            self.assertNotIn("nan", str(said.exception))
+            self.assertGreater(len(str(output.exception)), 10)
+            self.assertNotIn("nan", str(output.exception))
         with self.assertRaisesRegex(ValueError, "whole numbers"):
             kb.Model.mesh(vertices, faces + 0.5, 0.1)
         self.assertGreater(kb.Model.volume(np.ones((5, 5, 5), int).tolist(), (1, 1, 1), 0.25).volume_mm3, 90)
@@ -849,15 +883,32 @@ class Threads(unittest.TestCase):
         worker.join()
         self.assertGreater(counted, 1000)
 
+    def test_arrays_hold_numbers(self):
+        m = block(0.5)
+        for path in ([[1, 2, 3j]], [["1", "2", "3"]], [[None, 1, 2]], np.zeros((2, 3), complex), np.zeros((2, 3), "M8[s]")):
+            with self.assertRaisesRegex(TypeError, "numbers|incompatible"):
+                m.carve(kb.Ball(5), path)
+        vertices = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+        with self.assertRaisesRegex(ValueError, "whole numbers"):
+            kb.Mesh(vertices, [(0, 2, 1.5), (0, 1, 3), (0, 3, 2), (1, 2, 3)])
+        kb.Mesh(vertices, [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)])
+
+    def test_a_closed_servo_says_so(self):
+        m = block(0.5)
+        with m.servo(kb.Ball(4), at=(5, 15, 40)) as servo:
+            servo.aim((5, 15, 40))
+        with self.assertRaisesRegex(kb.Error, "has ended"):
+            servo.aim((5, 15, 40))
+
     def test_a_signal_takes_a_path_back(self):
         m = block(0.25)
-        before, asked = m.hash, []
+        before, errors = m.hash, []
 
         def handler(*_):
             try:
                 m.volume_mm3
             except kb.Error as error:
-                asked.append(str(error))
+                errors.append(str(error))
             raise KeyboardInterrupt
 
         old = signal.signal(signal.SIGALRM, handler)
@@ -868,7 +919,7 @@ class Threads(unittest.TestCase):
         finally:
             signal.setitimer(signal.ITIMER_REAL, 0)
             signal.signal(signal.SIGALRM, old)
-        self.assertEqual((m.hash, m.steps, len(asked)), (before, 0, 1))
+        self.assertEqual((m.hash, m.steps, len(errors)), (before, 0, 1))
 
     def test_threads_take_turns(self):
         m = block(0.5)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Field operations against closed forms: what a Gaussian does to planes, balls, cylinders, ripples
-// and slabs. Lengths in cells, at a pitch of 1 mm.
+// Field operations against closed forms: the effect of a Gaussian on planes, balls, cylinders,
+// ripples and slabs. Lengths in cells, at a pitch of 1 mm.
 #include <cmath>
 #include <map>
 #include <memory>
@@ -19,6 +19,7 @@
 #include <kibori/surface/surface.h>
 
 #include "tests/reshape_support.h"
+#include "tests/plain_material.h"
 #include "tests/support.h"
 #include "tests/surface_check.h"
 
@@ -38,8 +39,8 @@ Brush everywhere(double sigma) {
   return {.radius_mm = 1000, .strength = 1, .falloff = Falloff::constant, .sigma_mm = sigma};
 }
 
-// Whether an end may be the nearest of a node; its normal's components may be so much off, as
-// shares of the largest.
+// True if an end may be the nearest of a node. `off_by`: tolerance of its normal's components, as a
+// share of the largest.
 bool may_be_nearest(const SurfaceEnd& end, const Eigen::Vector3f& node, float off_by) {
   const int along = depth_index(end.axis);
   const Eigen::Vector3f share = end.normal.cwiseAbs() / end.normal.cwiseAbs().maxCoeff();
@@ -109,12 +110,12 @@ TEST(NodeBand, ATurnedBandIsTheSameByOtherNames) {
     ASSERT_GT(normals.size(), 100u);
     for (size_t node = 0; node < band.phi().size(); node++) {
       const Index3 old = band.node_at(node), at = turn.turn(old);
-      if (!box.holds({old, old + 1})) continue;  // a row's last block may go on beyond
+      if (!box.holds({old, old + 1})) continue;  // a row's last block may extend beyond the box
       const float phi = band.phi()[node],
                   as_turned = turned.phi()[turned.index(at[0], at[1], at[2])];
-      // Another end may be the nearest; the ball is not quite its planes.
+      // Another end may be the nearest; the ball is not exactly its tangent planes.
       ASSERT_NEAR(phi, as_turned, 0.15) << random.note();
-      // A node right on the surface is inside in one field and outside in another.
+      // A node exactly on the surface may be inside in one field and outside in another.
       ASSERT_TRUE((phi < 0) == (as_turned < 0) || std::fabs(phi) < 1e-4f) << random.note();
     }
   }
@@ -129,13 +130,13 @@ TEST(NodeBand, RowsRunAlongTheSurface) {
     const Vec3 normal = random.direction(), across = normal.cwiseAbs();
     const AxisTurn turn =
         turn_along_surface(model, LatticePoint{centre + 20 * normal}, random.uniform(4, 12));
-    // Not quite: some rays are looked at.
+    // Approximately, because only some rays are examined.
     EXPECT_LT(across[depth_index(turn.old(Axis::x))], across.minCoeff() + 0.25) << random.note();
   }
 }
 
-// A dab does the same to a turned body as to the body, turned, if it goes by the same rows: where
-// two directions have as many ends it may go by others, and finds other ends nearest.
+// A dab commutes with a turn of the body, if it uses the same rows. If two directions have the same
+// number of ends, it may use other rows and find other nearest ends.
 TEST(Reshape, ADabTurnsWithTheBody) {
   Random random;
   const Vec3 centre(32.2, 31.9, 32.4), out = Vec3(0.2, 0.5, 0.84).normalized();
@@ -254,8 +255,8 @@ TEST(NodeBand, WantedNodesAreAsIfAllWereRead) {
   }
 }
 
-// Sides are told only near the surface, and what lay in the memory is not taken for one.
-TEST(NodeBand, SidesBesideKnownNodesAreAsIfAllWereTold) {
+// Sides are computed only near the surface. Old memory content is not used as a side.
+TEST(NodeBand, SidesNextToKnownNodesMatchAFullComputation) {
   Random random;
   NodeBand all, some;
   size_t compared = 0;
@@ -270,10 +271,10 @@ TEST(NodeBand, SidesBesideKnownNodesAreAsIfAllWereTold) {
     part.reach = static_cast<float>(random.uniform(3, 30));
     const auto width = static_cast<float>(random.uniform(1, 6));
     all.read(model, box, width, turn, part);
-    part.beside = static_cast<uint32_t>(random.integer(0, 3));
+    part.margin = static_cast<uint32_t>(random.integer(0, 3));
     some.set_threads(round % 2 + 1);
     some.read(model, box, width, turn, part);
-    const auto beside = static_cast<int>(part.beside);
+    const auto margin = static_cast<int>(part.margin);
     for (const NodeBlock& block : all.blocks())
       block.for_nodes([&](int n) {
         const Index3 known(block.i + n, block.j, block.k);
@@ -285,13 +286,13 @@ TEST(NodeBand, SidesBesideKnownNodesAreAsIfAllWereTold) {
           compared++;
         };
         for (int i = 0; i < 27; i++)
-          compare(known + beside * Index3(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1));
+          compare(known + margin * Index3(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1));
       });
   }
   EXPECT_GT(compared, 10000u) << random.note();
 }
 
-// Memory of other dabs, larger and smaller, elsewhere and of another model, leaves nothing behind.
+// Memory of other dabs, of another size, place or model, does not influence a dab.
 TEST(Reshape, DabsAreTheSameInUsedMemory) {
   Random random;
   Reshaper used;
@@ -302,7 +303,7 @@ TEST(Reshape, DabsAreTheSameInUsedMemory) {
     for (int i = 0; i < 4; i++)
       add(model, SweptBall(LatticePoint{random.in_box(0, side)},
                            LatticeVector{random.in_box(-9, 9)}, random.uniform(1, 12)));
-    TriDexel beside(model.snapshot(), model.material_bounds());
+    TriDexel turned_model(model.snapshot(), model.material_bounds());
     for (int dab = 0; dab < 4; dab++) {
       const auto verb = static_cast<FieldVerb>(random.integer(0, 4));
       Brush brush{.radius_mm = random.uniform(1, 15), .strength = random.uniform(0.1, 1)};
@@ -311,10 +312,10 @@ TEST(Reshape, DabsAreTheSameInUsedMemory) {
       Reshaper fresh;
       used.set_threads(dab % 2 + 1);
       const Result<Reshaped> one = used.dab(model, verb, brush, at),
-                             two = fresh.dab(beside, verb, brush, at);
+                             two = fresh.dab(turned_model, verb, brush, at);
       ASSERT_TRUE(one.ok() && two.ok()) << random.note();
       ASSERT_EQ(one.value().added_mm3, two.value().added_mm3) << random.note();
-      ASSERT_EQ(model.content_hash(), beside.content_hash()) << random.note();
+      ASSERT_EQ(model.content_hash(), turned_model.content_hash()) << random.note();
     }
   }
 }
@@ -446,14 +447,14 @@ TEST(Reshape, InflateGrowsABallByItsAmount) {
   }
 }
 
-// A height map of ripples, cut from a block by columns that meet.
+// A height map of ripples, cut from a block by adjacent columns.
 class Ripples final : public Solid {
  public:
   Ripples(double wavelength, double amplitude, double height)
       : k_(2 * kPi / wavelength), amplitude_(amplitude), height_(height) {}
   LatticeBox bounds() const override { return {{Vec3::Zero(), Vec3(96, 48, 48)}}; }
   bool spans(const RayTile& rays, int layer, SpanLayer& out) const override {
-    // Along x a ray may be inside many times: they are counted from the lattice's edge.
+    // Along x a ray may be inside many times. The intervals are counted from the lattice's edge.
     out.rows = 0;
     bool any = false;
     for (int j = 0; j < kTileSide; j++)
@@ -542,8 +543,8 @@ TEST(Reshape, RipplesFadeByTheirLength) {
   }
 }
 
-// Where the filtered distance to three planes through the origin, that stand square on each other,
-// is 0 on their diagonal: by a sum over a grid of its own. From the corner [cells], for sigma 1.
+// Zero of the filtered distance to three orthogonal planes through the origin, on their diagonal.
+// By a sum over a separate grid. Distance from the corner [cells], for sigma 1.
 double filtered_corner() {
   constexpr double kStep = 0.1, kReach = 4.5;
   const auto filtered = [&](double back) {
@@ -569,7 +570,7 @@ double filtered_corner() {
   return low;
 }
 
-// A cube's corner goes back by 2.96 cells at sigma 2; beyond the brush nothing moves, not even a
+// A cube's corner recedes by 2.96 cells at sigma 2. Beyond the brush nothing moves, not even a
 // normal.
 TEST(Reshape, ACubesCornerRoundsAsItMust) {
   Random random;
@@ -583,7 +584,7 @@ TEST(Reshape, ACubesCornerRoundsAsItMust) {
     model.fill_block({Vec3::Constant(4), corner}, 0);
     Reshaper reshaper;
     ASSERT_TRUE(reshaper.dab(model, FieldVerb::smooth, everywhere(sigma), corner).ok());
-    // The ends lie in a body that is convex there: the farthest of all rounds is nearest to it.
+    // The ends are in a body that is convex there. The farthest of all rounds is nearest to it.
     double farthest = -1e9;
     for_ends(model, [&](const Vec3& at, const Vec3&) {
       if (((at - corner) - (at - corner).dot(diagonal) * diagonal).norm() < 4)
@@ -626,7 +627,7 @@ TEST(Reshape, ACubesCornerRoundsAsItMust) {
     at[depth_index(axis)] = double{std::get<3>(end)};
     const bool same = after.count(end) == 1;
     moved += !same;
-    // An end lies between two nodes, and either may be in the brush.
+    // An end is between two nodes, and either may be in the brush.
     if ((at - centre).norm() <= 9 + 1) continue;
     EXPECT_TRUE(same) << at.transpose();
     kept++;
@@ -664,7 +665,7 @@ TEST(Reshape, RaspTakesAndFillGives) {
                        Vec3(26, 24, 24) + 8 * random.direction());
       ASSERT_TRUE(done.ok());
       changed += done.value().added_mm3 + done.value().removed_mm3;
-      // But for gaps and spans that hold no node: they go where a brush is.
+      // Exceptions are gaps and spans that contain no node: a brush removes them.
       EXPECT_LT(verb == FieldVerb::rasp ? done.value().added_mm3 : done.value().removed_mm3, 0.02)
           << random.note();
     }
@@ -697,7 +698,7 @@ TEST(Reshape, FlattenMakesAPlane) {
   TriDexel model(cube(48));
   add(model, SweptBall(LatticePoint{Vec3(24, 24, 20)}, LatticeVector(), 16));
   Reshaper reshaper;
-  // Set: down to z = 31, at full strength all there.
+  // A given plane: down to z = 31, at full strength all of it.
   const Brush brush{.radius_mm = 9, .strength = 1, .falloff = Falloff::constant};
   ASSERT_TRUE(reshaper
                   .dab(model, FieldVerb::flatten, brush, Vec3(24, 24, 34),
@@ -708,14 +709,14 @@ TEST(Reshape, FlattenMakesAPlane) {
     EXPECT_GT(decode_normal(span.normal_out, Axis::z, true).z(), 0.9999);
   });
   EXPECT_EQ(disagreeing(model), 0);
-  // Fitted: level with the plane's own tilt.
+  // A fitted plane: it does not tilt.
   const auto fitted = reshaper.surface_under(model, {.radius_mm = 4}, Vec3(24, 24, 33));
   ASSERT_TRUE(fitted.has_value());
   EXPECT_GT(fitted->plane.normal.z(), 0.9999);
   EXPECT_NEAR(fitted->plane.point_mm.z(), 33.2, 1e-3);
 }
 
-// Materials and paint go with the surface.
+// Materials and paint follow the surface.
 TEST(Reshape, MaterialsStayWhereTheyWere) {
   TriDexel model(cube(48));
   model.fill_block({Vec3(8, 8, 8), Vec3(40, 40, 24)}, 1);
@@ -748,7 +749,7 @@ TEST(Reshape, MaterialsStayWhereTheyWere) {
   EXPECT_EQ(disagreeing(model), 0);
 }
 
-// A coat so thin that both its faces lie between two nodes: only the outer one is the surface.
+// A coat so thin that both its faces are between two nodes: only the outer one is the surface.
 TEST(Reshape, AThinCoatMovesByItsOuterFace) {
   TriDexel model(cube(48));
   model.fill_block({Vec3(4, 4, 4), Vec3(44, 44, 24.6)}, 1);
@@ -769,8 +770,8 @@ TEST(Reshape, AThinCoatMovesByItsOuterFace) {
   EXPECT_EQ(spans[1].material, 2);
 }
 
-// What a dab moved, by material: shares of 1, and the middle of it all under the brush.
-TEST(Reshape, SaysWhatMovedAndWhere) {
+// The moved volume by material: the shares add up to 1, and their common centre is under the brush.
+TEST(Reshape, ReportsWhatMovedAndWhere) {
   TriDexel model(cube(48));
   for (const int side : {0, 1})
     add(model,
@@ -795,10 +796,10 @@ TEST(Reshape, SaysWhatMovedAndWhere) {
   EXPECT_LT(done.value().parts[2].sum_mm.x() / done.value().parts[2].share, 22);
 }
 
-// The same way in few ticks or in many has the same dabs. Along it, the force's work is that of
-// what moved: u (added + removed), and a moment is that of a force at the middle of what moved.
+// The same path in few or many ticks has the same dabs. Along it, the work of the force is that of
+// the moved volume: u (added + removed). A moment is that of a force at the centre of that volume.
 TEST(ReshapeStroke, DabsAndWorkDoNotDependOnTheTicks) {
-  const std::vector<Material> materials{{"wood", 0.002, 40, 0, 0, {}}};
+  const std::vector<Material> materials{test::plain_material("wood", 0.002, 40)};
   const Brush brush{6, 0.7, Falloff::smooth, 1.5};
   double volume = 0;
   for (const int ticks : {1, 7, 60, 2000}) {
@@ -806,7 +807,7 @@ TEST(ReshapeStroke, DabsAndWorkDoNotDependOnTheTicks) {
     model.fill_block({Vec3::Constant(8), Vec3(56, 56, 40)}, 0);
     const double before = model.volume_mm3();
     ReshapeStroke stroke(model);
-    const Vec3 from(14, 8, 40), way(30, 0, 0);
+    const Vec3 from(14, 8, 40), displacement(30, 0, 0);
     const ForceLaw law{ForceModel::energy, 6, 1};
     ASSERT_TRUE(stroke
                     .begin({Mode::smooth, brush, BallTool{}, law, 1000, {}}, materials,
@@ -816,13 +817,13 @@ TEST(ReshapeStroke, DabsAndWorkDoNotDependOnTheTicks) {
     int64_t points = 0;
     for (int i = 1; i <= ticks; i++) {
       ToolTick tick;
-      tick.pose = {from + way * i / ticks, Mat3::Identity()};
+      tick.pose = {from + displacement * i / ticks, Mat3::Identity()};
       ASSERT_TRUE(stroke.advance(tick).ok());
       removed += tick.removed_mm3;
       points += tick.points;
-      work -= tick.wrench.force.dot(way) / ticks;
+      work -= tick.wrench.force.dot(displacement) / ticks;
       EXPECT_EQ(tick.wrench.force.y(), 0);
-      // An edge is smoothed, that goes along x: what moves lies beside and below the way.
+      // An edge along x is smoothed: the moved volume is next to the path and below it.
       if (ticks == 60 && i > 10) {
         EXPECT_LT(tick.wrench.moment.y() * tick.wrench.force.x(), 0);
       }
@@ -832,14 +833,14 @@ TEST(ReshapeStroke, DabsAndWorkDoNotDependOnTheTicks) {
     EXPECT_GT(removed, 50);
     if (volume == 0) volume = removed;
     EXPECT_NEAR(removed, volume, 1e-4 * volume) << ticks;
-    // The last dab's force is held where the way ends, and not beyond.
+    // The last dab's force is held to the end of the path, and not beyond.
     if (ticks > 1) {
       EXPECT_NEAR(work, 40 * removed, 0.1 * 40 * removed) << ticks;
     }
   }
 }
 
-TEST(ReshapeStroke, StandsStillWithoutForceAndKeepsTheStrokesPlane) {
+TEST(ReshapeStroke, RestsWithoutForceAndKeepsTheStrokesPlane) {
   TriDexel model(cube(64));
   model.fill_block({Vec3::Constant(8), Vec3(56, 56, 40)}, 0);
   ReshapeStroke stroke(model);
@@ -860,8 +861,8 @@ TEST(ReshapeStroke, StandsStillWithoutForceAndKeepsTheStrokesPlane) {
   EXPECT_FALSE(begin(Mode::smooth, {-1}));
   EXPECT_FALSE(begin(Mode::grab, {5, -0.5}));
 
-  // Waves of 2 mm: flattened to the plane under the first dab, or under each. The surface is flat
-  // along the way of the one, not of the other.
+  // Waves of 2 mm: flattened to the plane under the first dab, or under each. In the first case the
+  // surface is flat along the path, in the second it is not.
   const auto unevenness = [&](FlattenTo to) {
     TriDexel waves(cube(96));
     waves.fill_block({Vec3::Constant(8), Vec3(88, 40, 40)}, 0);
@@ -882,7 +883,7 @@ TEST(ReshapeStroke, StandsStillWithoutForceAndKeepsTheStrokesPlane) {
         here.pose = {Vec3(24 + k, 24, 42), Mat3::Identity()};
         EXPECT_TRUE(flatten.advance(here).ok());
       }
-    // Off the line that fits best, as the plane of the first dab may lie askew.
+    // Distance from the best-fitting line, because the plane of the first dab may be tilted.
     std::vector<Vec3> places;
     Vec3 mean = Vec3::Zero();
     for_ends(waves, [&](const Vec3& at, const Vec3& normal) {
@@ -927,10 +928,10 @@ TEST(Reshape, RandomMixturesStayClosedAndRepeat) {
                         .falloff = static_cast<Falloff>(random.integer(0, 2)),
                         .sigma_mm = random.integer(0, 1) ? random.uniform(0.01, 5) : 0,
                         .keep_volume = random.integer(0, 3) == 0};
-      const Vec3 way = random.in_box(-4, 4);
+      const Vec3 displacement = random.in_box(-4, 4);
       for (TriDexel* m : {&model, &twin}) {
         Removed done;
-        const SweptBall ball(LatticePoint{at}, LatticeVector{way}, radius);
+        const SweptBall ball(LatticePoint{at}, LatticeVector{displacement}, radius);
         if (what == 0)
           cut(*m, ball, {}, done);
         else if (what == 1)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Scenes and mesh files: what is read, and that every malformed one gets a sentence that says
+// Scenes and mesh files: valid files are read, and every malformed one gives a sentence that says
 // where.
 #include <cstring>
 #include <fstream>
@@ -13,8 +13,10 @@
 #include <kibori/report/force_report.h>
 #include <kibori/edit/edit.h>
 #include <kibori/formats/mesh_file.h>
+#include <kibori/formats/stl.h>
 #include <kibori/measure/mass.h>
 #include <kibori/reshape/reshaper.h>
+#include <kibori/scene/tool_presets.h>
 
 #include "tests/support.h"
 
@@ -99,11 +101,22 @@ INSTANTIATE_TEST_SUITE_P(
         Bad{"block = [20, 12, 10]", "mesh = \"nowhere.stl\"\nup = \"y\"\nfront = \"-y\"",
             ":4:|front|right angles"},
         Bad{"block = [20, 12, 10]", "mesh = \"nowhere.stl\"\ninvert = true", ":3:|invert|relief"},
-        Bad{"block = [20, 12, 10]", "block = [20, 12, 10]\nup = \"y\"", ":3:|up goes with mesh"},
+        Bad{"block = [20, 12, 10]", "block = [20, 12, 10]\nup = \"y\"", ":3:|up needs mesh"},
         Bad{"shape = \"finger\"", "shape = \"fingr\"", ":5:|finger"},
         Bad{"shape = \"finger\"", "", "shape is missing"}, Bad{"kf = 0.001", "kf = -1", ":9:|kf"},
         Bad{"kf = 0.001", "model = \"spring\"", ":9:|paper"},
-        Bad{"kf = 0.001", "dof = 4", ":9:|5 or 6"},
+        Bad{"kf = 0.001", "dof = 4", ":9:|5 or 6"}, Bad{"kf = 0.001", "thrust = 4", ":9:|thrust|3"},
+        Bad{"kf = 0.001", "model = \"series\"\nthrust = 0.3", ":10:|thrust|energy"},
+        Bad{"[tool]", "[[material]]\nname = \"ash\"\nk = [1, 2]\n[tool]", ":6:|k|3 numbers"},
+        Bad{"[tool]", "[[material]]\nname = \"ash\"\nk = [1, 0, 2]\n[tool]", "k|greater than 0"},
+        Bad{"[tool]", "[[material]]\nname = \"ash\"\nk = 1\nu = 2\n[tool]", ":6:|k|u"},
+        Bad{"[tool]", "[[material]]\nname = \"ash\"\nk = 1\nm = 1\n[tool]", "m must be less"},
+        Bad{"[tool]", "[[material]]\nname = \"ash\"\nu = 1\nm = 0.5\n[tool]", "m needs k"},
+        Bad{"[tool]", "[[material]]\nname = \"oak\"\nlog = {}\n[tool]", ":6:|[stock]"},
+        Bad{"block = [20, 12, 10]", "block = [20, 12, 10]\nlog = 3", "log|table"},
+        Bad{"block = [20, 12, 10]", "block = [20, 12, 10]\nlog = { axis = [1, 0, 0] }", "pith"},
+        Bad{"block = [20, 12, 10]", "block = [20, 12, 10]\nlog = { ring = 1 }",
+            "unknown key 'ring'"},
         Bad{"kf = 0.001", "dof = 5555555555.5", ":9:|5 or 6"},
         Bad{"to = [25, 6, 6]", "to = [25, nan, 6]", ":14:|finite"},
         Bad{"to = [25, 6, 6]", "too = [25, 6, 6]", ":14:|'to'"},
@@ -196,23 +209,24 @@ INSTANTIATE_TEST_SUITE_P(
             "[[layer]]\ntool = { shape = \"ball\", radius = 3 }\nplace = [90, 6, 2]\nmaterial = "
             "\"oak\"\n[tool]",
             ":4:|holds nothing"},
-        Bad{"to = [25, 6, 6]", "along = []", ":14:|a point"},
+        Bad{"to = [25, 6, 6]", "along = []", ":14:|one point"},
         Bad{"to = [25, 6, 6]", "along = [[1, 2]]", ":14:|[x, y, z]"},
         Bad{"to = [25, 6, 6]", "along = [[9, 6, 8], [9, 6, 8]]", ":13:|along"},
         Bad{"to = [25, 6, 6]", "along = [[9, 6, 8]]\nstraight = 1", ":15:|true or false"},
         Bad{"to = [25, 6, 6]", "arc = 3", ":14:|table"},
         Bad{"to = [25, 6, 6]", "arc = { centre = [0, 6, 8], turn_deg = 0 }", ":14:|turn_deg"},
-        Bad{"to = [25, 6, 6]", "arc = { centre = [-5, 6, 0], turn_deg = 90 }", ":13:|beside"},
+        Bad{"to = [25, 6, 6]", "arc = { centre = [-5, 6, 0], turn_deg = 90 }",
+            ":13:|away from the centre"},
         Bad{"to = [25, 6, 6]", "arc = { center = [0, 6, 0], turn_deg = 90 }", ":14:|'centre'"},
         Bad{"speed = 40", "speed = 40\nlead = 3", ":16:|lead"},
         Bad{"speed = 40", "speed = 40\nlead = { entry = -1 }", ":16:|entry"},
-        Bad{"speed = 40", "speed = 40\nlead = true\naxis = [0, 1, 1]", ":13:|axis that stays"},
+        Bad{"speed = 40", "speed = 40\nlead = true\naxis = [0, 1, 1]", ":13:|constant axis"},
         Bad{"label = \"A\"", "label = \"A\"\nlead = true", ":10:|starts"},
         Bad{"shape = \"finger\"\nks = 0.4",
             "shape = \"gouge\"\nsweep = 7.5\nwidth = 8\nthickness = 1", "whole number|2 to 11"},
         Bad{"[force]", "[motion]\nrate_hz = 0\n[force]", "rate_hz"}));
 
-TEST(Scene, IsFeltByEnergyUnlessItGivesAForceForEachPoint) {
+TEST(Scene, UsesEnergyUnlessItGivesAForceForEachPoint) {
   const auto model_of = [](const std::string& force) {
     std::string text = kGood;
     text.replace(text.find("[force]\nkf = 0.001\n"), 19, force);
@@ -225,6 +239,29 @@ TEST(Scene, IsFeltByEnergyUnlessItGivesAForceForEachPoint) {
   EXPECT_EQ(model_of("[force]\nkf = 0.001\n"), ForceModel::paper);
   EXPECT_EQ(model_of("[[material]]\nname = \"soap\"\nkf = 0.001\n"), ForceModel::paper);
   EXPECT_EQ(model_of("[force]\nmodel = \"series\"\nkf = 0.001\n"), ForceModel::series);
+}
+
+// A preset is a tool that can be bought. Its numbers can be changed, its shape cannot.
+TEST(Scene, PresetsAreTools) {
+  const auto scene_with = [](const std::string& tool) {
+    return parse_scene("[stock]\nblock = [10, 10, 10]\npitch = 1\n[tool]\n" + tool +
+                           "\n[[move]]\nto = [0, 0, 12]\n",
+                       "a.toml", ".");
+  };
+  for (const ToolPreset& preset : tool_presets()) {
+    EXPECT_TRUE(check_tool(preset.tool).ok()) << preset.name;
+    const auto scene = scene_with("preset = \"" + std::string(preset.name) + "\"");
+    ASSERT_TRUE(scene.ok()) << scene.error();
+    EXPECT_EQ(scene.value().tools.front(), preset.tool) << preset.name;
+  }
+  const auto changed = scene_with("preset = \"round bur 4\"\nradius = 0.8");
+  ASSERT_TRUE(changed.ok()) << changed.error();
+  EXPECT_EQ(std::get<BallTool>(changed.value().tools.front()).radius, 0.8);
+  const auto unknown = scene_with("preset = \"round bur 44\"");
+  ASSERT_FALSE(unknown.ok());
+  EXPECT_NE(unknown.error().find("did you mean \"round bur 4\""), std::string::npos)
+      << unknown.error();
+  EXPECT_FALSE(scene_with("preset = \"round bur 4\"\nshape = \"flat\"").ok());
 }
 
 TEST(Scene, KeysAreInheritedAndTicksCounted) {
@@ -244,7 +281,7 @@ tool = { ks = 2 }
   const Scene& s = scene.value();
   ASSERT_EQ(s.moves.size(), 5u);
   EXPECT_EQ(s.moves[2].speed_mm_s, 40);
-  // |(30, 0, -2)| / 40 s, rounded up.
+  // (30, 0, -2)| / 40 s, rounded up.
   EXPECT_EQ(plan_move(s, s.moves[0], s.moves[1]).value().ticks, 752);
   EXPECT_EQ(plan_move(s, s.moves[1], s.moves[2]).value().ticks, 500);
   EXPECT_EQ(plan_move(s, s.moves[2], s.moves[3]).value().ticks, 1000);
@@ -260,7 +297,7 @@ tool = { ks = 2 }
   EXPECT_DOUBLE_EQ(carving.value().trace.back().time_s, 2.877);
 }
 
-TEST(Scene, AnAxisMayHaveAnyLengthAndAStandIsATick) {
+TEST(Scene, AnAxisMayHaveAnyLengthAndAPauseIsATick) {
   const auto scene = parse_scene(kGood + R"([[move]]
 axis = [0, 0, 1e200]
 wait_s = 0.01
@@ -276,11 +313,9 @@ axis = [0, 0, 1e-200]
   EXPECT_EQ(s.moves[3].axis, Vec3(0, 0, 1));
 }
 
-// A move without a way is one dab, where the tool stands; a way has one where it begins, and then
-// one at every quarter of the brush's radius. Keys left out are as in the move before.
-// Ways that are not straight: through their points, around a centre; and a tool that leads itself
-// goes in, along, and out. Where it is then, the next move begins.
-TEST(Scene, MovesGoAlongCurvesArcsAndByThemselves) {
+// Paths that are not straight: through their points, around a centre. A tool that leads goes in,
+// along, and out. The next move begins where the tool is then.
+TEST(Scene, MovesFollowCurvesAndArcs) {
   const std::string begin = R"([stock]
 block = [60, 60, 10]
 pitch = 0.5
@@ -328,7 +363,7 @@ speed = 50
   carved("arc = { centre = [30, 30, 0], turn_deg = 180 }\n");
   for (const Pose& pose : poses) {
     EXPECT_NEAR((pose.tip - Vec3(30, 30, 12)).norm(), 20, 0.01);
-    EXPECT_LT(pose.tip.y(), 30.01);  // counterclockwise from the left goes below
+    EXPECT_LT(pose.tip.y(), 30.01);  // counterclockwise from the left passes below
   }
   EXPECT_LT((poses.back().tip - Vec3(50, 30, 12)).norm(), 1e-9);
 
@@ -340,8 +375,8 @@ speed = 50
   for (const Pose& pose : poses) {
     deepest = std::min(deepest, pose.tip.z());
     const Vec3 out = Vec3(pose.tip.x() - 30, pose.tip.y() - 30, 0).normalized();
-    const Vec3 way(out.y(), -out.x(), 0);
-    led += pose.frame.col(0).dot(way) > 0.995;
+    const Vec3 tangent(out.y(), -out.x(), 0);
+    led += pose.frame.col(0).dot(tangent) > 0.995;
   }
   EXPECT_NEAR(deepest, 8, 1e-6);
   // The last move was led, too.
@@ -352,7 +387,7 @@ speed = 50
   EXPECT_LT((poses.back().tip - Vec3(10, 30, 12)).norm(), 1e-9);
 }
 
-// Dentine within enamel: each has its volume, its own force, and a document keeps them.
+// Dentine within enamel: each has its volume and its own force, and a document keeps them.
 TEST(Scene, LayersAreOfTheirMaterial) {
   const std::string text = R"([stock]
 block = [24, 16, 14]
@@ -391,7 +426,8 @@ speed = 100
   const auto stock = make_stock(scene.value().stock, "scene.toml", {});
   ASSERT_TRUE(stock.ok()) << stock.error();
   const double pi = std::acos(-1.0), ball = 4.0 / 3 * pi * 216;
-  // Of the rod from 4 to 14 high, what is in the ball is 9 long at its middle and less at its rim.
+  // The rod is from 4 to 14 high. Its part in the ball is 9 long at its middle and shorter at its
+  // rim.
   const double rod = pi * 4 * 10;
   double both = 0;
   for (double r = 0.005; r < 2; r += 0.01)
@@ -430,6 +466,8 @@ speed = 100
   EXPECT_NEAR(now, inside, 0.2 * outside);
 }
 
+// A move without a path is one dab, at the tool. A path has one where it begins, and then one at
+// every quarter of the brush's radius. A missing key keeps the value of the previous move.
 TEST(Scene, BrushesMakeDabs) {
   const std::string begin = R"([stock]
 block = [20, 12, 10]
@@ -446,7 +484,7 @@ mode = "off"
 mode = "smooth"
 brush = { radius = 4, strength = 0.8, falloff = "linear", sigma = 0.9 }
 )";
-  const std::string way = R"([[move]]
+  const std::string moves = R"([[move]]
 to = [10, 2.6, 10]
 speed = 100
 brush = { falloff = "constant", keep_volume = true, spacing = 0.5 }
@@ -467,7 +505,7 @@ brush = { strength = -0.5 }
   EXPECT_NEAR(carving.value().summary.removed_mm3 - carving.value().summary.deposited_mm3,
               2400 - model->volume_mm3(), 0.01);
 
-  scene = parse_scene(begin + way, "scene.toml", ".");
+  scene = parse_scene(begin + moves, "scene.toml", ".");
   ASSERT_TRUE(scene) << scene.error();
   brush.falloff = Falloff::constant;
   brush.keep_volume = true;
@@ -478,12 +516,12 @@ brush = { strength = -0.5 }
   ASSERT_TRUE(reshaper.dab(*model, FieldVerb::inflate, brush, Vec3(10, 2.6, 10)).ok());
   carving = carve(scene.value(), {});
   ASSERT_TRUE(carving) << carving.error();
-  // The dabs' places are rounded otherwise than by hand.
+  // The dabs' places are rounded differently than by hand.
   EXPECT_NEAR(carving.value().summary.volume_mm3, model->volume_mm3(), 1e-3);
 }
 
-// Moves of one warp are one stroke from where its mode begins; strength is whole unless it is said,
-// and a document that is carved again has the same bytes. Clay is pressed by itself.
+// Moves of one warp are one stroke from where its mode begins. The default strength is 1, and a
+// replayed document has the same bytes. Clay is pressed by default.
 TEST(Scene, WarpsClayAndSymmetry) {
   const std::string stock = R"([stock]
 block = [20, 12, 10]
@@ -537,7 +575,7 @@ brush = { radius = 3 }
   carving.value().model->field(Axis::z).view().for_spans(45, 28,
                                                          [&](const Span& s) { right = s.out; });
   EXPECT_GT(left, 36 + 4);
-  // The surface's triangles are no images of each other.
+  // The surface's triangles are not images of each other.
   EXPECT_NEAR(left, right, 0.3);
 
   const auto clay = of("clay", "[[move]]\nto = [5, 6, 8.5]\nmode = \"cut\"\n");
@@ -579,10 +617,8 @@ TEST(Scene, SummaryAddsUp) {
   }
 }
 
-// One tick of 1000 N among others of 10 N: it is marked, and the others are as high as if it were
-// not there.
-// A plane led through a block: its force times its way is the work of the face it lays bare.
-TEST(Scene, ACutterFeelsTheFaceItLaysBare) {
+// A plane is moved through a block: its force times its path is the work of the exposed face.
+TEST(Scene, ACuttersForceFollowsTheExposedFace) {
   for (const double kerf : {0.0, 1.0}) {
     std::string text =
         kGood +
@@ -598,15 +634,15 @@ TEST(Scene, ACutterFeelsTheFaceItLaysBare) {
     const auto made = carve(still, {});
     ASSERT_TRUE(made.ok()) << made.error();
     const double per_mm = 12 * (kerf > 0 ? 3 * kerf : 0.4);  // N over a height of 10
-    double work = 0, most = 0;
+    double work = 0, largest = 0;
     for (const TraceRow& row : made.value().trace) {
       EXPECT_LE(row.result.wrench.force.head<2>().norm(), 1e-12);
       EXPECT_GE(row.result.wrench.force.z(), 0);
-      most = std::max(most, row.result.wrench.force.z());
+      largest = std::max(largest, row.result.wrench.force.z());
       work += row.result.wrench.force.z() * 0.05;
     }
     EXPECT_NEAR(work, 10 * per_mm, 0.05 * 10 * per_mm) << kerf;
-    EXPECT_NEAR(most, per_mm, 0.15 * per_mm) << kerf;
+    EXPECT_NEAR(largest, per_mm, 0.15 * per_mm) << kerf;
     EXPECT_NEAR(static_cast<double>(made.value().trace.size()), 10 / 0.05, 12);
   }
 }
@@ -630,7 +666,7 @@ TEST(Scene, SplinesShapeTheStock) {
   EXPECT_NEAR(made.value().summary.volume_mm3, 20 * 12 * 10 + rod - hole, 0.02 * rod);
 }
 
-TEST(Scene, NothingCutsWhatIsNoGo) {
+TEST(Scene, NothingCutsTheProtectedRegion) {
   for (const std::string model : {"energy", "series"}) {
     const auto scene = parse_scene(kGood +
                                        "[[no_go]]\nname = \"ball\"\ntool = { shape = \"ball\", "
@@ -647,18 +683,20 @@ TEST(Scene, NothingCutsWhatIsNoGo) {
     EXPECT_LT(guarded.removed_mm3, free.removed_mm3);
     EXPECT_NEAR(guarded.volume_mm3 + guarded.removed_mm3, 20 * 12 * 10, 1e-6 * 2400);
     EXPECT_EQ(guarded.bodies, 1u);
-    const Bodies& bodies = a.value().bodies;
+    const BodyList& bodies = a.value().bodies;
     ASSERT_EQ(bodies.all.size(), 2u);
     EXPECT_EQ(bodies.all[1].name, "ball");
     EXPECT_TRUE(bodies.all[1].no_go && !bodies.all[1].visible);
-    // What is no-go and was stock is still there.
+    // The protected part of the stock is still there.
     Removed within;
     contact(*a.value().model, no_go_of(bodies, 1).value()->solid(), {}, within);
-    const double below = 4.0 / 3 * 3.14159265 * 27;  // all of the ball lies in the stock
-    EXPECT_NEAR(within.mean_volume() / 8, below, 0.03 * below);
+    const double below = 4.0 / 3 * 3.14159265 * 27;  // all of the ball is in the stock
+    EXPECT_NEAR(within.volume() / 8, below, 0.03 * below);
   }
 }
 
+// One tick of 1000 N among others of 10 N: it is marked, and the scale of the others is the same as
+// without it.
 TEST(Scene, ASpikeDoesNotFlattenThePlot) {
   const auto plot = [](double spike_n) {
     Carving carving;
@@ -677,7 +715,7 @@ TEST(Scene, ASpikeDoesNotFlattenThePlot) {
   };
   const std::string even = plot(10), spiky = plot(1000);
   EXPECT_EQ(count(even, "class=\"spike\""), 0u);
-  EXPECT_EQ(count(spiky, "class=\"spike\""), 2u);  // of the size, and of its part along z
+  EXPECT_EQ(count(spiky, "class=\"spike\""), 2u);  // of the magnitude, and of its part along z
   EXPECT_EQ(count(spiky, "<title>1000 N</title>"), 2u);
   // The scale of |F| and of its parts goes to 10 or 15, not to 1000.
   for (const std::string& text : {even, spiky}) {
@@ -734,25 +772,25 @@ std::string binary_stl(uint32_t promised, int there) {
 
 TEST(Stl, ReadsBothKinds) {
   const std::string binary = binary_stl(5, 5);
-  const auto a = parse_stl(binary.data(), binary.size(), "a.stl");
+  const auto a = parse_stl(binary, "a.stl");
   ASSERT_TRUE(a) << a.error();
   EXPECT_EQ(a.value().triangles.size(), 5u);
   std::string solid = binary;
   std::memcpy(solid.data(), "solid facet", 11);  // binary that looks like text at first
-  EXPECT_TRUE(parse_stl(solid.data(), solid.size(), "a.stl"));
+  EXPECT_TRUE(parse_stl(solid, "a.stl"));
   const std::string text =
       "solid x\n facet normal 0 0 1\n outer loop\n vertex 0 0 0\n vertex +1.5e0 0 0\n vertex 0 1 "
       "0\n "
       "endloop\n endfacet\nendsolid x\n";
-  const auto b = parse_stl(text.data(), text.size(), "b.stl");
+  const auto b = parse_stl(text, "b.stl");
   ASSERT_TRUE(b) << b.error();
   ASSERT_EQ(b.value().triangles.size(), 1u);
   EXPECT_EQ(b.value().vertices[1].x(), 1.5);
 }
 
-TEST(Stl, RefusesWhatLies) {
+TEST(Stl, RefusesWrongCounts) {
   const auto message = [](const std::string& bytes) {
-    const auto mesh = parse_stl(bytes.data(), bytes.size(), "x.stl");
+    const auto mesh = parse_stl(bytes, "x.stl");
     return mesh ? std::string("accepted") : mesh.error();
   };
   EXPECT_NE(message(binary_stl(6, 5)).find("promises 6 triangles, but the file holds 5"),
@@ -771,7 +809,7 @@ TEST(Stl, RefusesWhatLies) {
   EXPECT_NE(message(head + "vertex 0 0 0\nvertex 0 0 0\nvertex 0 0 0\nendloop\nendfacet\n")
                 .find("endsolid"),
             std::string::npos);
-  test::Random random;  // any cut of a good file is refused, none crashes
+  test::Random random;  // any truncation of a good file is refused, none crashes
   const std::string good = binary_stl(9, 9);
   for (size_t length = 0; length < good.size(); length += 7)
     EXPECT_NE(message(good.substr(0, length)), "accepted");

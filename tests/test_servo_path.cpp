@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// The servo path: 10^6 edits with snapshots taken and dropped beside them, and 10^6 ticks of
+// The servo thread: 10^6 edits while snapshots are taken and dropped in parallel; 10^6 ticks of
 // carving by hand while other threads follow with the surface and write a document; and as many
-// ticks of strokes in all modes that reshape, which a thread computes beside. Once the pools are
-// ready, no allocation, no lock, no page fault on the servo's thread. A program of its own, since
-// it replaces malloc and friends.
+// ticks of strokes in all reshaping modes, which another thread computes. Once the pools are ready,
+// the servo's thread makes no allocation, takes no lock and has no page fault. It is a separate
+// program, because it replaces malloc and related functions.
 #include <algorithm>
 #include <atomic>
 #include <csignal>
@@ -29,10 +29,11 @@
 #include <kibori/surface/surface.h>
 
 #include "tests/every_tool.h"
+#include "tests/plain_material.h"
 
 namespace {
 
-// Of one thread; the others may do as they like.
+// Of one thread; the others are not restricted.
 thread_local bool counting = false;
 thread_local long allocations = 0, locks = 0;
 
@@ -88,13 +89,13 @@ namespace {
 
 using namespace kibori;
 
-// Runs `work` after a rehearsal and says whether it kept off the system.
+// Runs `work` after a rehearsal. Returns true if it made no system requests.
 template <class F>
 bool quiet(const char* what, long rehearsal, long many, F&& work) {
   work(rehearsal);
   long faults = 0;
-  // Where memory can't be locked, the kernel may take a page away that was not used for a while.
-  // That does not come again; what the work itself does comes every time.
+  // Without locked memory, the kernel may take a page away that was not used for a while. That does
+  // not repeat; page faults of the work itself do.
   for (int tries = 0; tries < 2; tries++) {
     rusage before{}, after{};
     getrusage(RUSAGE_THREAD, &before);
@@ -115,7 +116,8 @@ bool edits(long many) {
   TriDexel model(make_lattice(Vec3(64, 48, 40), 0.5, 4).value());
   model.fill_block({Vec3::Zero(), Vec3(64, 48, 40)}, 0);
   model.reserve(4000);
-  const std::vector<Material> materials{{"a", 0.001, 2, 0, 0, {}}, {"b", 0.003, 7, 0, 0, {}}};
+  const std::vector<Material> materials{test::plain_material("a", 0.001, 2),
+                                        test::plain_material("b", 0.003, 7)};
   std::vector<Tool> tools;
   for (size_t shape = 0; shape < kToolShapes.size(); shape++)
     if (test::has_numbers(shape)) tools.push_back(test::usual_tool(shape, {2, 10}));
@@ -128,11 +130,12 @@ bool edits(long many) {
   const Snapshot start = model.snapshot();
   double work = 0;
   long done = 0;
+  DirectTool stroke(model, Pose{});
   const auto run = [&](long wanted) {
     for (long i = 0; i < wanted;) {
       const Vec3 from(random(2, 62), random(2, 46), random(33, 42));
       const Tool& tool = tools[static_cast<size_t>(random(0, static_cast<double>(tools.size())))];
-      DirectTool stroke(model, Pose{from, frame_from_axis(Vec3(random(-1, 1), random(-1, 1), 1))});
+      stroke.place(Pose{from, frame_from_axis(Vec3(random(-1, 1), random(-1, 1), 1))});
       const Vec3 step(random(-0.4, 0.4), random(-0.4, 0.4), random(-0.1, 0.05));
       const Mode mode = random(0, 1) < 0.15  ? Mode::deposit
                         : random(0, 1) < 0.1 ? Mode::touch
@@ -158,7 +161,7 @@ bool ticks(long many) {
   VirtualDeviceSettings device;
   device.capabilities.dof_in = device.capabilities.dof_out = 6;
   device.capabilities.torque_nmm = 100;
-  // To and fro over the top, at times above it, turning a little.
+  // Back and forth over the top, sometimes above it, turning a little.
   const auto script = [](double t) -> VirtualDevice::Target {
     return {Vec3(24 * std::sin(2.1 * t), 18 * std::sin(1.3 * t),
                  22 - 4.5 * std::sin(0.7 * t) * std::sin(0.7 * t)),
@@ -218,19 +221,19 @@ bool ticks(long many) {
   follower.join();
   scribe.stop();
   const size_t strokes = scribe.document().steps().size();
-  if (!scribe.trouble().empty()) std::printf("%s\n", scribe.trouble().c_str());
+  if (!scribe.write_error().empty()) std::printf("%s\n", scribe.write_error().c_str());
   std::filesystem::remove_all(folder);
   std::printf(
-      "  (%zu strokes written; %.0f mm3 removed, %ld chunks of surface made anew, %llu ticks "
+      "  (%zu strokes written; %.0f mm3 removed, %ld chunks of surface rebuilt, %llu ticks "
       "cut)\n",
       strokes, live.totals().removed_mm3, chunks,
       static_cast<unsigned long long>(live.totals().cutting_ticks));
-  return good && chunks > 0 && strokes > 1 && scribe.trouble().empty() &&
+  return good && chunks > 0 && strokes > 1 && scribe.write_error().empty() &&
          live.totals().cutting_ticks > static_cast<uint64_t>(many / 10);
 }
 
-// Stops all other threads of the process wherever they are, with whatever they hold, and lets them
-// go on.
+// Stops all other threads of the process wherever they are, with any locks they hold, and resumes
+// them.
 class OtherThreads {
  public:
   static void rest() {
@@ -253,7 +256,7 @@ class OtherThreads {
     action.sa_flags = SA_RESTART;
     sigaction(SIGUSR1, &action, nullptr);
   }
-  // Whether all stand still.
+  // True if all are stopped.
   bool stop() const {
     held_ = true;
     for (const int id : ids_)
@@ -261,7 +264,7 @@ class OtherThreads {
     while (stopped_ != static_cast<int>(ids_.size())) rest();
     return true;
   }
-  void go_on() const {
+  void resume() const {
     held_ = false;
     while (stopped_ != 0) rest();
   }
@@ -272,9 +275,9 @@ class OtherThreads {
   static inline std::atomic<int> stopped_{0};
 };
 
-// Strokes of all modes that reshape: computed beside and put in between two ticks. Now and then all
-// other threads are stopped in the middle of what they do, and the ticks go on: so none waits for a
-// dab, or for anything else. What is given does not jump at a commit; elsewhere, as the hand does.
+// Strokes of all reshaping modes: computed in parallel and committed between two ticks. Now and
+// then all other threads are stopped at a random point, and the ticks continue. So no tick waits
+// for a dab or for anything else. The given force does not jump at a commit.
 bool dabs(long many) {
   constexpr double kForce = 8, kMaxJump = 0.05 * kForce;
   constexpr long kStage = 1000, kStill = 100;
@@ -283,7 +286,7 @@ bool dabs(long many) {
   VirtualDeviceSettings device;
   device.capabilities.dof_in = device.capabilities.dof_out = 6;
   device.capabilities.force_n = kForce;
-  device.capabilities.force_rate_n_s = 1e6;  // the safety stage hides no jump
+  device.capabilities.force_rate_n_s = 1e6;  // so that the safety stage hides no jump
   device.capabilities.torque_nmm = 100;
   device.capabilities.damping_ns_mm = 0.1;
   const auto script = [](double t) -> VirtualDevice::Target {
@@ -310,19 +313,19 @@ bool dabs(long many) {
   if (!document) return std::printf("%s\n", document.error().c_str()), false;
   DocumentWriter scribe(live, std::move(document).value());
   scribe.start();
-  // Another thread follows with the surface, and says what is to be done next.
+  // Another thread follows with the surface, and requests the next action.
   std::atomic<bool> stopping{false};
   std::atomic<long> stage{0};
   std::thread other([&] {
     LiveSurface surface(start);
     Snapshot snapshot;
-    for (long said = 0; !stopping;) {
-      if (said < stage) {
-        said++;
+    for (long posted = 0; !stopping;) {
+      if (posted < stage) {
+        posted++;
         constexpr auto kFirst = static_cast<long>(Mode::smooth),
                        kLast = static_cast<long>(Mode::turn);
-        const auto mode = static_cast<Mode>(kFirst + said % (kLast - kFirst + 1));
-        live.post([mode, lifted = said % 5 == 0](ServoContext& c) {
+        const auto mode = static_cast<Mode>(kFirst + posted % (kLast - kFirst + 1));
+        live.post([mode, lifted = posted % 5 == 0](ServoContext& c) {
           c.settings().mode = lifted ? Mode::off : mode;
         });
       }
@@ -337,8 +340,8 @@ bool dabs(long many) {
   live.context().safety().arm();
   live.tick(0.001);
   const OtherThreads others;
-  long done = 0, commits = 0, stood = 0, touched = 0;
-  double jump_at_commit = 0, jump = 0, most = 0;
+  long done = 0, commits = 0, standing_ticks = 0, touched = 0;
+  double jump_at_commit = 0, jump = 0, largest = 0;
   Vec3 before = Vec3::Zero();
   Mode mode = Mode::off;
   bool good = quiet("ticks that reshape", 40000, many, [&](long count) {
@@ -354,9 +357,9 @@ bool dabs(long many) {
         counting = false;
         if (!others.stop()) std::abort();
         counting = was;
-        stood++;
+        standing_ticks++;
       }
-      // As a servo waits for its next tick: else the ticks are gone before a dab is done.
+      // As a servo waits for its next tick. Otherwise the ticks end before a dab is done.
       OtherThreads::rest();
       const LiveTick tick = live.tick_at_once(0.001);  // tick() waits for crumbs at a stroke's end
       const bool same = std::exchange(mode, live.context().settings().mode) == mode;
@@ -368,28 +371,28 @@ bool dabs(long many) {
       }
       commits += tick.cutting;
       before = tick.given.force;
-      most = std::max(most, before.norm());
+      largest = std::max(largest, before.norm());
       if (done % kStage == kStage / 2 + kStill) {
         counting = false;
-        others.go_on();
+        others.resume();
         counting = was;
       }
     }
   });
-  others.go_on();
+  others.resume();
   stopping = true;
   other.join();
   scribe.stop();
   const size_t strokes = scribe.document().steps().size();
-  if (!scribe.trouble().empty()) std::printf("%s\n", scribe.trouble().c_str());
+  if (!scribe.write_error().empty()) std::printf("%s\n", scribe.write_error().c_str());
   std::filesystem::remove_all(folder);
   const auto trip = live.totals().trip;
   std::printf(
       "  (%zu strokes written, %ld commits, all else stopped %ld times; force up to %.2f N in %ld "
       "ticks, from one tick to the next %.3f N at most at a commit, %.3f N elsewhere)\n",
-      strokes, commits, stood, most, touched, jump_at_commit, jump);
+      strokes, commits, standing_ticks, largest, touched, jump_at_commit, jump);
   if (trip != Trip::none) std::printf("%s\n", trip_text(trip).c_str());
-  good &= scribe.trouble().empty() && trip == Trip::none;
+  good &= scribe.write_error().empty() && trip == Trip::none;
   return good && commits > many / 200 && touched > many / 20 && strokes > 1 &&
          jump_at_commit <= kMaxJump;
 }
@@ -397,10 +400,10 @@ bool dabs(long many) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // Of "edits", "ticks" or "dabs", or of all, so many.
+  // "edits", "ticks", "dabs" or all, and the number of them.
   const std::string what = argc > 1 ? argv[1] : "all";
   const long many = argc > 2 ? std::atol(argv[2]) : 1'000'000;
-  // As the servo does; where not permitted the pools' touching suffices.
+  // As the servo does. If not permitted, touching the pools suffices.
   mlockall(MCL_CURRENT | MCL_FUTURE);
   bool good = true;
   if (what == "all" || what == "edits") good &= edits(many);

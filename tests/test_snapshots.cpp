@@ -82,7 +82,7 @@ TEST(Snapshots, GoingBackAndForthRestoresEveryByte) {
   }
 }
 
-TEST(Snapshots, APlainBlockIsSmallHoweverLargeTheLattice) {
+TEST(Snapshots, APlainBlockIsSmallInAnyLattice) {
   TriDexel model(make_lattice(Vec3(1024, 1024, 1024), 1, 0).value());
   model.fill_block({Vec3::Zero(), Vec3::Constant(1024)}, 0);
   EXPECT_LT(model.count().bytes, 2'000'000);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Interval operations against a bitmap: every ray is also a row of small cells holding a material
+// Interval operations against a bitmap: every ray is also a row of small cells with one material
 // each.
 #include <vector>
 
@@ -7,6 +7,7 @@
 
 #include <kibori/document/codec.h>
 #include <kibori/edit/edit.h>
+#include <kibori/measure/mass.h>
 
 #include "tests/support.h"
 
@@ -15,10 +16,10 @@ namespace {
 
 using test::Random;
 
-constexpr int kPerCell = 4;  // bitmap cells per lattice unit; interval ends fall on their borders
+constexpr int kPerCell = 4;  // bitmap cells per lattice unit; interval ends are on their borders
 
-// Random intervals on every ray, one or several layers, some rays without any; every other solid
-// keeps to a random box, so that edits pass by what lies beyond.
+// Random intervals on every ray, one or several layers, some rays without any. Every other solid
+// stays in a random box, so that edits skip what is outside.
 class RandomIntervals final : public Solid {
  public:
   RandomIntervals(const Index3& nodes, Random& random, int layers) : nodes_(nodes) {
@@ -75,11 +76,11 @@ class RandomIntervals final : public Solid {
         out.hi[slot] = static_cast<float>(list[static_cast<size_t>(layer)].second) / kPerCell;
         out.rows |= static_cast<uint16_t>(1u << row);
       }
-    // Every third row tells its normals at once.
+    // Every third row fills in its normals at once.
     for (int row = 0; row < kTileSide; row += 3) {
       if (!((out.rows >> row) & 1)) continue;
       out.normals_ready |= static_cast<uint16_t>(1u << row);
-      for (int slot = row * kTileSide; slot < (row + 1) * kTileSide; slot++) tell(slot, out);
+      for (int slot = row * kTileSide; slot < (row + 1) * kTileSide; slot++) set_normal(slot, out);
     }
     return out.rows != 0;
   }
@@ -87,13 +88,13 @@ class RandomIntervals final : public Solid {
     for (int slot = 0; slot < kTileRays; slot++) {
       const unsigned at_lo = (ends.lo[slot / 16] >> (slot % 16)) & 1,
                      at_hi = (ends.hi[slot / 16] >> (slot % 16)) & 1;
-      if ((at_lo | at_hi) && !((of.normals_ready >> (slot / 16)) & 1)) tell(slot, of);
+      if ((at_lo | at_hi) && !((of.normals_ready >> (slot / 16)) & 1)) set_normal(slot, of);
     }
   }
 
  private:
-  // A code that tells where the end was: the depth itself, turned round for cuts.
-  static void tell(int slot, SpanLayer& layer) {
+  // A code that contains the end's position: the depth itself, reversed for cuts.
+  static void set_normal(int slot, SpanLayer& layer) {
     const auto code = [&](float depth) {
       const auto q =
           static_cast<uint32_t>(static_cast<int64_t>(depth * kPerCell) & 0x3fff) | 0x4000u;
@@ -108,7 +109,7 @@ class RandomIntervals final : public Solid {
   std::array<std::vector<std::vector<std::pair<int, int>>>, 3> fields_;
 };
 
-// Every span lies within its plane's bounds, and tight ones are touched.
+// Every span is within its plane's bounds, and tight bounds are reached.
 void check_plane_bounds(const FieldSnapshot& field) {
   for (int tv = 0; tv < field.tiles_v(); tv++)
     for (int tu = 0; tu < field.tiles_u(); tu++)
@@ -145,11 +146,6 @@ class Bitmaps {
   std::array<std::vector<uint8_t>, 3> fields_;
 };
 
-struct Changed {
-  double length = 0;
-  int64_t nodes = 0;
-};
-
 void run(const Index3& nodes, int rounds, Random& random, long& operations) {
   Lattice lattice;
   lattice.nodes = nodes;
@@ -165,6 +161,7 @@ void run(const Index3& nodes, int rounds, Random& random, long& operations) {
     EditOptions options;
     options.threads = random.integer(1, 3);
     Removed removed, foreseen;
+    const std::vector<double> before = mass_of(model.snapshot(), {1, 1, 1}).volume_mm3;
     if (step == kIntersect) {
       contact(model, Complement(solid), options, foreseen);
       intersect(model, solid, options, removed);
@@ -177,7 +174,8 @@ void run(const Index3& nodes, int rounds, Random& random, long& operations) {
       contact(model, solid, options, foreseen);
       cut(model, solid, options, removed);
     }
-    std::array<std::array<Changed, 3>, 3> expected{};  // by material, axis
+    std::array<int64_t, 3> expected{};  // nodes of the z field, by material
+    const std::vector<double> after = mass_of(model.snapshot(), {1, 1, 1}).volume_mm3;
     for (Axis axis : kAxes)
       for (int v = 0; v < nodes[v_index(axis)]; v++)
         for (int u = 0; u < nodes[u_index(axis)]; u++) {
@@ -194,11 +192,9 @@ void run(const Index3& nodes, int rounds, Random& random, long& operations) {
             if (step == kDeposit && in && now == 0) now = static_cast<uint8_t>(material + 1);
             if (step == kCut && in) now = 0;
             if (now == cells[c]) continue;
-            auto& e = expected[static_cast<size_t>(step == kDeposit ? material : cells[c] - 1)]
-                              [static_cast<size_t>(axis)];
-            e.length += 1.0 / kPerCell;
-            // The node stands at this cell's lower border.
-            if (c % kPerCell == kPerCell / 2) e.nodes++;
+            // The node is at this cell's lower border.
+            if (axis == Axis::z && c % kPerCell == kPerCell / 2)
+              expected[static_cast<size_t>(step == kDeposit ? material : cells[c] - 1)]++;
             cells[c] = now;
           }
           // The spans, cell by cell.
@@ -223,23 +219,18 @@ void run(const Index3& nodes, int rounds, Random& random, long& operations) {
     for (Axis axis : kAxes) check_plane_bounds(model.field(axis).view());
     if (testing::Test::HasFatalFailure()) return;
     if (step == kPaint) continue;
-    for (int m = 0; m < 3; m++)
-      for (Axis axis : kAxes) {
-        const auto& e = expected[static_cast<size_t>(m)][static_cast<size_t>(axis)];
-        const double length =
-            removed.has(m) ? removed.part(m).volume[static_cast<size_t>(axis)] : 0;
-        ASSERT_NEAR(length, e.length, 1e-3)
-            << "material " << m << " operation " << step << "; " << random.note();
-        if (axis == Axis::z) {
-          ASSERT_EQ(removed.has(m) ? removed.part(m).points : 0, e.nodes)
-              << "operation " << step << "; " << random.note();
-        }
-        if (foreseen.has(m)) {
-          ASSERT_EQ(foreseen.part(m).points, removed.part(m).points);
-          ASSERT_NEAR(foreseen.part(m).volume[static_cast<size_t>(axis)], length, 1e-3);
-        }
-      }
-    // Snapshots keep what they saw, whatever happens after; going back restores it.
+    for (int m = 0; m < 3; m++) {
+      const auto at = static_cast<size_t>(m);
+      const double missing = (step == kDeposit ? 1 : -1) * (after[at] - before[at]);
+      ASSERT_EQ(removed.has(m) ? removed.part(m).points : 0, expected[at])
+          << "operation " << step << "; " << random.note();
+      ASSERT_NEAR(removed.has(m) ? removed.part(m).volume() : 0, missing, 1e-3)
+          << "material " << m << " operation " << step << "; " << random.note();
+      if (!foreseen.has(m)) continue;
+      ASSERT_EQ(foreseen.part(m).points, removed.part(m).points);
+      ASSERT_NEAR(foreseen.part(m).volume(), missing, 1e-3);
+    }
+    // Snapshots do not change later. Restoring one gives its state.
     if (round % 7 == 3) snapshots.emplace_back(model.snapshot(), model.content_hash());
     if (snapshots.size() > 3) snapshots.erase(snapshots.begin());
     for (const auto& [snapshot, hash] : snapshots)
@@ -253,7 +244,7 @@ TEST(Spans, AgreeWithABitmapInBoxesOfEveryShape) {
   const Index3 shapes[] = {{1, 1, 1},    {1, 7, 40},  {40, 1, 7},  {7, 40, 1},
                            {33, 17, 5},  {5, 33, 17}, {17, 5, 33}, {16, 16, 16},
                            {18, 31, 16}, {1, 1, 50},  {50, 1, 1},  {1, 50, 1}};
-  // KIBORI_SHORT: under a sanitiser, where everything takes twenty times as long.
+  // KIBORI_SHORT: under a sanitiser, which is twenty times as slow.
   const long wanted = std::getenv("KIBORI_SHORT") ? 400'000 : 10'000'000;
   while (operations < wanted)
     for (const Index3& shape : shapes) {
@@ -262,7 +253,7 @@ TEST(Spans, AgreeWithABitmapInBoxesOfEveryShape) {
   std::printf("%ld ray operations\n", operations);
 }
 
-// A ray's ends carry the normals of the solid that made them, turned towards the empty side.
+// A ray's ends have the normals of the solid that made them, pointing to the empty side.
 TEST(Spans, EndsCarryTheNormalOfWhatMadeThem) {
   Random random;
   const Index3 nodes(18, 20, 24);
@@ -293,8 +284,8 @@ TEST(Spans, EndsCarryTheNormalOfWhatMadeThem) {
   }
 }
 
-// Written to a document and read again, a model is stored otherwise; all that is done to it must
-// come to the same.
+// A model that was written to a document and read again is stored differently. All operations on it
+// must have the same results.
 TEST(Spans, HowAModelIsStoredDoesNotMatter) {
   Random random;
   const Index3 nodes(18, 20, 24);
@@ -363,7 +354,7 @@ TEST(Spans, PaintMarksEndsInsideAndNothingElse) {
   });
 }
 
-// Spans that move up because an earlier one vanished take paint, normals and material along.
+// Spans that move up because an earlier one vanished keep their paint, normals and material.
 TEST(Spans, WhatMovesUpKeepsItsPaint) {
   Lattice lattice;
   lattice.nodes = Index3::Constant(20);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Splines and the shapes made of them: curves against the textbook's recursion and the classical
-// equations of moments, shapes against dense sampling of the curve and closed forms, forces against
-// closed forms and differences of volumes. Lengths in cells, at a pitch of 1 mm.
+// Splines and their shapes. Curves against the textbook's recursion and the classical equations of
+// moments. Shapes against dense sampling of the curve and closed forms. Forces against closed forms
+// and differences of volumes. Lengths in cells, at a pitch of 1 mm.
 #include <cmath>
 #include <functional>
 #include <map>
@@ -39,7 +39,7 @@ SplineCurve random_curve(Random& random, size_t points, bool closed, bool interp
   curve.interpolate = interpolate;
   return curve;
 }
-// Control points around a circle, seen along z, each so far out.
+// Control points around a circle, seen along z, each at its own radius.
 SplineCurve round_curve(const Vec3& centre, const std::vector<double>& radii) {
   SplineCurve curve;
   curve.closed = true;
@@ -84,7 +84,7 @@ double volume_of(const SplineMesh& shape) {
         shape.mesh.vertices[t[0]].dot(shape.mesh.vertices[t[1]].cross(shape.mesh.vertices[t[2]]));
   return sum / 6;
 }
-// The curve as many points.
+// The curve, densely sampled.
 std::vector<Vec3> dense(const SplineCurve& curve, int per_span = 400) {
   const CubicSpline spline = spline_of(curve);
   std::vector<Vec3> points;
@@ -99,12 +99,12 @@ double distance_to(const Vec3& a, const Vec3& b, const Vec3& p) {
   return (a + s * (b - a) - p).norm();
 }
 double distance_to(const std::vector<Vec3>& line, bool closed, const Vec3& p) {
-  double least = 1e30;
+  double smallest = 1e30;
   for (size_t i = 0; i + 1 < line.size() || (closed && i < line.size()); i++)
-    least = std::min(least, distance_to(line[i], line[(i + 1) % line.size()], p));
-  return least;
+    smallest = std::min(smallest, distance_to(line[i], line[(i + 1) % line.size()], p));
+  return smallest;
 }
-// Whether (x, y) is in a polygon, by the even-odd rule.
+// True if (x, y) is in a polygon, by the even-odd rule.
 bool in_polygon(const std::vector<Vec3>& polygon, double x, double y) {
   bool in = false;
   for (size_t i = 0; i < polygon.size(); i++) {
@@ -128,7 +128,7 @@ Removed apply(TriDexel& model, const SplineShape& shape,
   EXPECT_TRUE(done) << done.error();
   return done ? std::move(done).value() : Removed{};
 }
-// By field, whether each node is inside, x fastest.
+// By field, true for each node that is inside, x fastest.
 std::array<std::vector<uint8_t>, 3> nodes_of(const TriDexel& model) {
   std::array<std::vector<uint8_t>, 3> nodes;
   const Index3 n = model.lattice().nodes;
@@ -150,7 +150,7 @@ std::array<std::vector<uint8_t>, 3> nodes_of(const TriDexel& model) {
   }
   return nodes;
 }
-// Nodes at which the fields differ by any means, not even by rounding.
+// Nodes at which the fields differ, even by rounding.
 int differing(const TriDexel& model) {
   const auto nodes = nodes_of(model);
   int wrong = 0;
@@ -175,7 +175,7 @@ int misplaced(const TriDexel& model, double slack,
   EXPECT_GT(inside, 100);
   return wrong;
 }
-// Empty where every edge of the mesh is shared by two triangles that run along it both ways.
+// Empty if every edge of the mesh is shared by two triangles that use it in both directions.
 std::string open_edges(const TriangleMesh& mesh) {
   std::map<std::pair<uint32_t, uint32_t>, int> edges;
   for (const auto& t : mesh.triangles)
@@ -188,7 +188,7 @@ std::string open_edges(const TriangleMesh& mesh) {
 
 // ---- curves ----
 
-// The basis function of degree p that begins at knot i, by the recursion as textbooks have it.
+// The basis function of degree p that begins at knot i, by the textbook's recursion.
 double cox_de_boor(const std::vector<double>& knots, size_t i, size_t p, double t) {
   if (p == 0) return knots[i] <= t && t < knots[i + 1] ? 1 : 0;
   double sum = 0;
@@ -210,7 +210,7 @@ TEST(SplineCurve, ApproximationIsDeBoors) {
     std::vector<double> knots;
     const int spans = spline.spans();
     EXPECT_EQ(spans, static_cast<int>(closed ? n : n - 3));
-    // Closed: function i begins at knot i - 2 and peaks at i; the round is covered three times.
+    // Closed: function i begins at knot i - 2 and peaks at i; the loop is covered three times.
     for (int k = -3; k <= spans + 3; k++) knots.push_back(closed ? k : std::clamp(k, 0, spans));
     for (int i = 0; i < 20; i++) {
       const double t = random.uniform(0, spans);
@@ -352,7 +352,7 @@ TEST(SplineShape, VolumesAreTheClosedForms) {
     EXPECT_NEAR(volume_of(mesh_of(extrusion_of(profile, {1, 0, -2}, 10), 1e-4)),
                 area * 10 * 2 / std::sqrt(5), 0.05);
   }
-  {  // Pappus: the way of the profile's middle
+  {  // Pappus: the path of the profile's centre
     const std::vector<Vec3> polygon = dense(profile);
     double moment = 0, twice = 0;
     for (size_t i = 0; i < polygon.size(); i++) {
@@ -366,7 +366,7 @@ TEST(SplineShape, VolumesAreTheClosedForms) {
     EXPECT_NEAR(volume_of(mesh), 2 * kPi * moment, 3e-4 * 2 * kPi * moment);
     EXPECT_NEAR(twice / 2, area, 1e-9);
   }
-  {  // a ring is as long as its curve, whatever its bends
+  {  // a ring is as long as its curve, for any bends
     const SplineMesh mesh = mesh_of(sweep_of(profile, 1.5), 3e-4);
     EXPECT_EQ(open_edges(mesh.mesh), "");
     const std::vector<Vec3> line = dense(profile);
@@ -397,7 +397,7 @@ TEST(SplineShape, VolumesAreTheClosedForms) {
   }
 }
 
-// How far a mesh's vertices and triangles are at most from a surface, by its signed distance.
+// Maximum distance of a mesh's vertices and triangles from a surface, by its signed distance.
 double off_by(const SplineMesh& mesh, const std::function<double(const Vec3&)>& distance) {
   double worst = 0;
   for (const auto& t : mesh.mesh.triangles)
@@ -420,7 +420,7 @@ TEST(SplineShape, MeshesAreWithinTheirTolerance) {
                      [&](const Vec3& p) { return distance_to(line, false, p) - 3.5; }),
               tolerance);
   }
-  {  // a turned one is where its profile is, in the half-plane
+  {  // a turned surface is where its profile is, in the half-plane
     const SplineCurve curve{{{12, 0, 0}, {20, 0, 8}, {9, 0, 15}, {0, 0, 22}}, false, true};
     std::vector<Vec3> line = dense(curve, 100);
     line.insert(line.begin(), Vec3(0, 0, 0));
@@ -433,7 +433,7 @@ TEST(SplineShape, MeshesAreWithinTheirTolerance) {
 }
 
 TEST(SplineShape, ATurnedCurveNeedNotBePlanar) {
-  // It passes beside the axis, at 3 mm.
+  // It passes the axis at a distance of 3 mm.
   const SplineCurve curve{{{20, 3, 0}, {8, 3, 6}, {-8, 3, 10}, {-16, 3, 18}}, false, true};
   std::vector<Vec3> line{{0, 0, 0}};
   for (const Vec3& p : dense(curve, 100)) line.push_back({std::hypot(p.x(), p.y()), 0, p.z()});
@@ -495,7 +495,8 @@ struct Case {
   std::function<double(const Vec3&)> depth;
 };
 
-// Shapes in a cube of 64 cells, each with how deep inside a place is, from the curve alone.
+// Shapes in a cube of 64 cells. Each has a function for the depth of a point inside, from the curve
+// alone.
 std::vector<Case> cases() {
   std::vector<Case> all;
   const SplineCurve profile = round_curve({31, 33, 12.3}, {19, 12, 21, 9, 17, 20, 14});
@@ -547,7 +548,7 @@ std::vector<Case> cases() {
     all.push_back({"ring", sweep_of(closed, 5.3),
                    [=](const Vec3& p) { return 5.3 - distance_to(line, true, p); }});
   }
-  {  // meets itself further on: what is covered twice is inside
+  {  // intersects itself: parts that are covered twice are inside
     SplineCurve loop{
         {{10, 10, 30}, {40, 40, 30}, {50, 20, 33}, {30, 12, 34}, {12, 44, 35}}, false, true};
     const std::vector<Vec3> line = dense(loop, 50);
@@ -575,17 +576,17 @@ TEST(SplineShape, CornersNormalsAreNearTheFacets) {
   }
 }
 
-TEST(SplineModel, NodesAreWhereDenseSamplingSays) {
+TEST(SplineModel, NodesMatchDenseSampling) {
   for (const Case& c : cases()) {
     TriDexel model(cube(64));
     const Removed added = apply(model, c.shape);
     EXPECT_EQ(misplaced(model, 0.05, c.depth), 0) << c.name;
     EXPECT_EQ(differing(model), 0) << c.name;
     EXPECT_EQ(test::broken(extract_surface(model.snapshot())), "") << c.name;
-    EXPECT_NEAR(added.mean_volume(), model.volume_mm3(), 1) << c.name;
+    EXPECT_NEAR(added.volume(), model.volume_mm3(), 1) << c.name;
     EXPECT_FALSE(added.clipped) << c.name;
-    // What is covered twice counts once in the model. Caps between nodes are a layer too many or
-    // too few in two fields of three.
+    // Parts that are covered twice count once in the model. Caps between nodes are a layer too many
+    // or too few in two fields of three.
     if (std::string(c.name) != "loop") {
       EXPECT_NEAR(model.volume_mm3(), volume_of(mesh_of(c.shape)), 0.02 * model.volume_mm3())
           << c.name;
@@ -614,7 +615,7 @@ TEST(SplineModel, CutAndIntersectionShareWhatThereIs) {
 }
 
 TEST(SplineModel, ShapesOnNodesAgree) {
-  // Sides, caps and corners that fall on nodes, along all axes.
+  // Sides, caps and corners that coincide with nodes, along all axes.
   for (int axis = 0; axis < 3; axis++)
     for (const double at : {10.5, 11.0, 10.25}) {
       SplineCurve line;
@@ -700,7 +701,7 @@ TEST(SplineModel, SameOnAnyNumberOfThreads) {
     }
 }
 
-// Of every compiler, level of optimisation, and vector unit: points without a C library in them.
+// For every compiler, level of optimisation, and vector unit: points without a C library in them.
 TEST(SplineModel, GoldenHash) {
   TriDexel model(cube(64));
   model.fill_block({{5, 6, 9}, {50, 41, 37}}, 0);
@@ -745,7 +746,7 @@ TEST(SplineModel, MovedByWholeCellsIsTheSameShape) {
     for (Vec3& p : moved.curve.points_mm) p += by;
     moved.axis_point_mm += by;
     const Removed one = apply(here, c.shape), two = apply(there, moved);
-    EXPECT_NEAR(one.mean_volume(), two.mean_volume(), 0.01) << c.name;
+    EXPECT_NEAR(one.volume(), two.volume(), 0.01) << c.name;
     EXPECT_NEAR(static_cast<double>(one.points()), static_cast<double>(two.points()), 2) << c.name;
   }
 }
@@ -802,7 +803,7 @@ TEST(SplineModel, WhatLeavesTheLatticeIsClipped) {
 }
 
 TEST(SplineModel, NormalsAreTheShapes) {
-  // On a sweep they point away from the curve, wherever facets do.
+  // On a sweep they point away from the curve, wherever the facets point.
   const Case ring = cases()[3];
   const std::vector<Vec3> line = dense(ring.shape.curve, 200);
   for (const bool cutting : {false, true}) {
@@ -833,7 +834,7 @@ TEST(SplineForce, OfAStraightSweepIsTheClosedForm) {
   const double r = 3, length = 20;
   const SplineMesh mesh = mesh_of(sweep_of({{{0, 0, 0}, {length, 0, 0}}, false, true}, r), 1e-4);
   const Vec3 across(0, 0.3, 0.4), along(0.5, 0, 0), none = Vec3::Zero();
-  // The tube by half its length, as B is linear; the half ball at the point's end by itself.
+  // The tube counts half, because B is linear; the half ball at the point's end counts fully.
   const double want = 0.5 * (2 * r * length + kPi * r * r);
   EXPECT_NEAR(spline_volume_changes(mesh, {across, none})[0].moved_mm3, want, 1e-3 * want);
   EXPECT_NEAR(spline_volume_changes(mesh, {none, across})[1].moved_mm3, want, 1e-3 * want);
@@ -866,7 +867,7 @@ TEST(SplineForce, NetChangeIsTheDifferenceOfVolumes) {
     const SplineMesh mesh = mesh_of(c.shape, 1e-3);
     Random random(7);
     for (size_t j = 0; j < c.shape.curve.points_mm.size(); j++) {
-      if (revolve && j == 3) continue;  // at the axis there is a side it can't go to
+      if (revolve && j == 3) continue;  // it cannot move to one side of the axis
       Vec3 by = random.direction();
       if (c.shape.kind == SplineKind::extrude) by.z() = 0;  // stays planar
       const double step = 0.05;
@@ -887,7 +888,7 @@ TEST(SplineForce, NetChangeIsTheDifferenceOfVolumes) {
 }
 
 TEST(SplineForce, MovedVolumeIsTheIntegralOfItsSize) {
-  // Every triangle in 400 parts, each by its middle.
+  // Every triangle in 400 parts, each by its centre.
   for (const Case& c : cases()) {
     const SplineMesh mesh = mesh_of(c.shape, 0.3);
     const size_t j = 1;
@@ -900,9 +901,9 @@ TEST(SplineForce, MovedVolumeIsTheIntegralOfItsSize) {
       const Vec3 normal = (b - a).cross(d - a) / 2;
       double f[3];
       for (size_t i = 0; i < 3; i++) {
-        const Vec3 goes =
+        const Vec3 motion =
             mesh.carry.empty() ? displacements[j] : Vec3(mesh.carry[t[i]] * displacements[j]);
-        f[i] = mesh.curve.weight(mesh.sample[t[i]], j) * goes.dot(normal);
+        f[i] = mesh.curve.weight(mesh.sample[t[i]], j) * motion.dot(normal);
       }
       for (int x = 0; x < 20; x++)
         for (int y = 0; x + y < 20; y++)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The series tool against closed forms: what is felt, what is cut, what is not.
+// The series tool against closed forms: its force, what it cuts, and what it does not cut.
 #include <cmath>
 #include <numeric>
 #include <vector>
@@ -52,8 +52,8 @@ TEST(Rotation, BetweenFrames) {
   }
 }
 
-// A hand of a strength that leaps far from the tool, as after a wall let go: the tool arrives, in
-// as many ticks as its looking ahead takes, though the hand rests.
+// A hand of limited strength jumps far from the tool, as after a wall releases it. The tool arrives
+// within the number of ticks that its look-ahead needs, although the hand rests.
 TEST(SpringTool, FarBehindItArrives) {
   TriDexel model = block(0.25);
   const std::vector<Material> materials{wood()};
@@ -77,19 +77,18 @@ TEST(SpringTool, FarBehindItArrives) {
       EXPECT_LT(ticks, 400) << shape_of(hand_tool) << " leaning by " << lean;
     }
   EXPECT_EQ(model.volume_mm3(), 40 * 30 * 20);
-  // Through the wood it leaves the groove that one way would have left: so deep that nothing holds
-  // it back.
+  // Through the wood it leaves the groove of a single pass, at a depth where nothing holds it back.
   SpringTool tool(model, upright({-6, 15, 19}), spring);
   ASSERT_TRUE(tool.advance(BallTool{4}, upright({-6, 15, 19}), Mode::cut, materials).ok());
   double removed = 0;
   for (int i = 0; i < 100; i++) {
-    const auto felt = tool.advance(BallTool{4}, upright({46, 15, 19}), Mode::cut, materials);
-    ASSERT_TRUE(felt.ok());
-    removed += felt.value().removed_mm3;
+    const auto result = tool.advance(BallTool{4}, upright({46, 15, 19}), Mode::cut, materials);
+    ASSERT_TRUE(result.ok());
+    removed += result.value().removed_mm3;
   }
   const double segment = 16 * std::acos(0.75) - 3 * std::sqrt(7.0);
-  EXPECT_NEAR(removed, 40 * segment, 0.02 * 40 * segment);  // some 60 rays tell its area
-  // All but the cut's own resistance, which held it back in the last tick: 10 N of 800 N/mm.
+  EXPECT_NEAR(removed, 40 * segment, 0.02 * 40 * segment);  // some 60 rays measure its area
+  // Except for the cut's own resistance, which held it back in the last tick: 10 N of 800 N/mm.
   EXPECT_LT((tool.pose().tip - Vec3(46, 15, 19)).norm(), 10.0 / 800);
 }
 
@@ -99,15 +98,15 @@ TEST(SpringTool, FreeAirIsFree) {
   const std::vector<Material> materials{wood()};
   for (int i = 0; i < 100; i++) {
     const Pose device = upright({20 + 0.1 * i, 15, 25});
-    const auto felt = tool.advance(BallTool{3}, device, Mode::cut, materials);
-    ASSERT_TRUE(felt.ok());
-    EXPECT_EQ(length(felt.value().wrench.force), 0);
-    EXPECT_EQ(felt.value().removed_mm3, 0);
-    EXPECT_EQ(felt.value().pose.tip, device.tip);
+    const auto result = tool.advance(BallTool{3}, device, Mode::cut, materials);
+    ASSERT_TRUE(result.ok());
+    EXPECT_EQ(length(result.value().wrench.force), 0);
+    EXPECT_EQ(result.value().removed_mm3, 0);
+    EXPECT_EQ(result.value().pose.tip, device.tip);
   }
 }
 
-TEST(SpringTool, BelowYieldNothingIsCutAndItFeelsSolid) {
+TEST(SpringTool, BelowYieldNothingIsCut) {
   TriDexel model = block(0.5);
   const double before = model.volume_mm3();
   SeriesSpring spring;
@@ -117,10 +116,10 @@ TEST(SpringTool, BelowYieldNothingIsCutAndItFeelsSolid) {
   double last = 0;
   for (int i = 0; i <= 1280; i++) {
     const double z = 21 - 0.001 * i;  // 0.28 mm into the face: 0.28 N of 0.3
-    const auto felt = tool.advance(Flat{3, 30}, upright({20, 15, z}), Mode::cut, materials);
-    ASSERT_TRUE(felt.ok());
-    EXPECT_FALSE(felt.value().cutting);
-    const double force = felt.value().wrench.force.z();
+    const auto result = tool.advance(Flat{3, 30}, upright({20, 15, z}), Mode::cut, materials);
+    ASSERT_TRUE(result.ok());
+    EXPECT_FALSE(result.value().cutting);
+    const double force = result.value().wrench.force.z();
     EXPECT_NEAR(force, z < 20 ? spring.stiffness_n_mm * (20 - z) : 0, 2e-3);
     EXPECT_LE(std::abs(force - last), 0.002);  // no jump at the touch
     last = force;
@@ -128,7 +127,7 @@ TEST(SpringTool, BelowYieldNothingIsCutAndItFeelsSolid) {
   EXPECT_EQ(model.volume_mm3(), before);
 }
 
-TEST(SpringTool, PlungeOfAFlatFeelsYieldEnergyAndViscosity) {
+TEST(SpringTool, PlungeOfAFlatHasYieldEnergyAndViscosity) {
   for (const double viscosity : {0.0, 0.002}) {
     TriDexel model = block(0.25);
     SeriesSpring spring;
@@ -141,14 +140,14 @@ TEST(SpringTool, PlungeOfAFlatFeelsYieldEnergyAndViscosity) {
     Vec3 force = Vec3::Zero();
     double volume = 0, depth = 0;
     for (int i = 0; i < 1200; i++) {
-      const auto felt = tool.advance(Flat{3, 30}, upright({20, 15, 20.05 - 0.001 * speed * i}),
-                                     Mode::cut, materials);
-      ASSERT_TRUE(felt.ok());
-      force = felt.value().wrench.force;
-      volume += felt.value().removed_mm3;
-      depth = 20 - felt.value().pose.tip.z();
+      const auto result = tool.advance(Flat{3, 30}, upright({20, 15, 20.05 - 0.001 * speed * i}),
+                                       Mode::cut, materials);
+      ASSERT_TRUE(result.ok());
+      force = result.value().wrench.force;
+      volume += result.value().removed_mm3;
+      depth = 20 - result.value().pose.tip.z();
       if (i > 600) {
-        EXPECT_NEAR(force.z(), expected, 0.012 * expected);  // 12 cells tell the disc to 0.9 %
+        EXPECT_NEAR(force.z(), expected, 0.012 * expected);  // 12 cells measure the disc to 0.9 %
       }
     }
     EXPECT_NEAR(force.x(), 0, 1e-6);
@@ -176,10 +175,10 @@ TEST(SpringTool, RipplesLittleWhereThePaperModelRipplesMuch) {
     TriDexel model = block(0.25);
     SpringTool tool(model, upright({-4, 15, 20 - depth}), {1.0, 0, 0.2, 0.001});
     for (int i = 0; i < 3000; i++) {
-      const auto felt = tool.advance(finger, upright({-4 + 0.001 * speed * i, 15, 20 - depth}),
-                                     Mode::cut, materials);
-      ASSERT_TRUE(felt.ok());
-      series.push_back(length(felt.value().wrench.force));
+      const auto result = tool.advance(finger, upright({-4 + 0.001 * speed * i, 15, 20 - depth}),
+                                       Mode::cut, materials);
+      ASSERT_TRUE(result.ok());
+      series.push_back(length(result.value().wrench.force));
     }
   }
   {
@@ -207,10 +206,10 @@ TEST(SpringTool, DoesNotDependOnThePitch) {
     const std::vector<Material> materials{wood()};
     double sum = 0;
     for (int i = 0; i < 2400; i++) {
-      const auto felt =
+      const auto result =
           tool.advance(BallTool{5}, upright({-6 + 0.01 * i, 15, 18}), Mode::cut, materials);
-      ASSERT_TRUE(felt.ok());
-      if (i >= 1600) sum += length(felt.value().wrench.force) / 800;
+      ASSERT_TRUE(result.ok());
+      if (i >= 1600) sum += length(result.value().wrench.force) / 800;
     }
     mean[fine] = sum;
   }
@@ -236,11 +235,12 @@ TEST(SpringTool, TakesWorkFromTheHandAlways) {
       device.tip += velocity;
       device.frame = rotation(random.in_box(-0.01, 0.01)) * device.frame;
       const Vec3 from = tool.pose().tip;
-      const auto felt = tool.advance(shape, device, Mode::cut, materials);
-      ASSERT_TRUE(felt.ok()) << felt.error();
-      // The spring only ever pulls the tool along its way.
-      EXPECT_LE(felt.value().wrench.force.dot(felt.value().pose.tip - from), 1e-9) << random.note();
-      removed += felt.value().removed_mm3;
+      const auto result = tool.advance(shape, device, Mode::cut, materials);
+      ASSERT_TRUE(result.ok()) << result.error();
+      // The spring only pulls the tool in the direction of its motion.
+      EXPECT_LE(result.value().wrench.force.dot(result.value().pose.tip - from), 1e-9)
+          << random.note();
+      removed += result.value().removed_mm3;
     }
     EXPECT_NEAR(before - model.volume_mm3(), removed, 1e-6 * before) << random.note();
   }
@@ -255,14 +255,14 @@ TEST(SpringTool, SlidesOnAFaceBelowYield) {
   for (int i = 0; i < 2000; i++) {
     // Down 0.8 mm into the face, then sideways.
     const Vec3 to(10 + 0.01 * std::max(0, i - 500), 15, 20.5 - std::min(1.3, 0.01 * i));
-    const auto felt = tool.advance(BallTool{3}, upright(to), Mode::cut, materials);
-    ASSERT_TRUE(felt.ok());
-    EXPECT_FALSE(felt.value().cutting);
-    tip = felt.value().pose.tip;
+    const auto result = tool.advance(BallTool{3}, upright(to), Mode::cut, materials);
+    ASSERT_TRUE(result.ok());
+    EXPECT_FALSE(result.value().cutting);
+    tip = result.value().pose.tip;
     if (i > 1000) {
       EXPECT_NEAR(tip.z(), 20, 0.02);
       EXPECT_NEAR(to.x() - tip.x(), 0.1 * 0.8, 0.03);  // friction holds it back by mu N / k
-      EXPECT_NEAR(felt.value().wrench.force.z(), 0.8, 0.03);
+      EXPECT_NEAR(result.value().wrench.force.z(), 0.8, 0.03);
     }
   }
   EXPECT_EQ(model.volume_mm3(), 40 * 30 * 20);
@@ -275,14 +275,14 @@ TEST(SpringTool, DepositsAgainstResistance) {
   const double before = model.volume_mm3();
   double added = 0;
   for (int i = 0; i < 800; i++) {
-    const auto felt =
+    const auto result =
         tool.advance(BallTool{2}, upright({20 + 0.01 * i, 15, 23}), Mode::deposit, materials);
-    ASSERT_TRUE(felt.ok());
-    added -= felt.value().removed_mm3;
+    ASSERT_TRUE(result.ok());
+    added -= result.value().removed_mm3;
     if (i > 600) {
       // u times the ball's cross-section.
-      EXPECT_NEAR(felt.value().wrench.force.x(), -0.2 * kPi * 4, 0.05 * 0.2 * kPi * 4);
-      EXPECT_NEAR(felt.value().wrench.force.z(), 0, 1e-6);
+      EXPECT_NEAR(result.value().wrench.force.x(), -0.2 * kPi * 4, 0.05 * 0.2 * kPi * 4);
+      EXPECT_NEAR(result.value().wrench.force.z(), 0, 1e-6);
     }
   }
   EXPECT_GT(added, 50);
@@ -290,17 +290,17 @@ TEST(SpringTool, DepositsAgainstResistance) {
 }
 
 TEST(SpringTool, PutsItsBodyDownWhereADepositBegins) {
-  for (const double way : {0.0, 1e-4}) {
+  for (const double distance : {0.0, 1e-4}) {
     TriDexel model = block(0.25);
     SpringTool tool(model, upright({20, 15, 23}), {1.0, 0, 0.2, 0.001});
     double added = 0;
     for (int i = 0; i < 3; i++) {
-      const auto felt =
-          tool.advance(BallTool{2}, upright({20 + way * i, 15, 23}), Mode::deposit, {wood()});
-      ASSERT_TRUE(felt.ok());
-      EXPECT_EQ(felt.value().edited, i == 0);
-      EXPECT_LT(felt.value().wrench.force.norm(), 1e-3);
-      added -= felt.value().removed_mm3;
+      const auto result =
+          tool.advance(BallTool{2}, upright({20 + distance * i, 15, 23}), Mode::deposit, {wood()});
+      ASSERT_TRUE(result.ok());
+      EXPECT_EQ(result.value().edited, i == 0);
+      EXPECT_LT(result.value().wrench.force.norm(), 1e-3);
+      added -= result.value().removed_mm3;
     }
     EXPECT_NEAR(added, 4.0 / 3 * kPi * 8, 0.02 * 4.0 / 3 * kPi * 8);
   }
@@ -317,11 +317,11 @@ TEST(SpringTool, ATorsionalSpringHoldsTheTurnBack) {
   for (int i = 0; i <= 300; i++) {
     const double angle = 0.001 * i;
     const Pose device{start.tip, rotation(Vec3(0, 0, angle))};
-    const auto felt = tool.advance(BoxTool{Vec3(8, 4, 6)}, device, Mode::cut, materials);
-    ASSERT_TRUE(felt.ok());
-    EXPECT_FALSE(felt.value().cutting);
-    moment = felt.value().wrench.moment.z();
-    turned = rotation_between(start.frame, felt.value().pose.frame).z();
+    const auto result = tool.advance(BoxTool{Vec3(8, 4, 6)}, device, Mode::cut, materials);
+    ASSERT_TRUE(result.ok());
+    EXPECT_FALSE(result.value().cutting);
+    moment = result.value().wrench.moment.z();
+    turned = rotation_between(start.frame, result.value().pose.frame).z();
     EXPECT_NEAR(moment, -300 * (angle - turned), 1e-6);
   }
   // A corner 4 mm out meets the side after about 0.05/4 rad.
@@ -330,9 +330,9 @@ TEST(SpringTool, ATorsionalSpringHoldsTheTurnBack) {
   EXPECT_EQ(model.volume_mm3(), 40 * 30 * 20);
 }
 
-// Down through touch and yield into the wood, and out again, at 5 mm/s: from tick to tick the force
-// changes by no more than the spring is stretched or let go by the hand, and the tool never runs
-// ahead of it.
+// Down through touch and yield into the wood, and out again, at 5 mm/s. From tick to tick the force
+// changes at most by what the hand stretches or releases the spring. Where a flat tool meets the
+// next layer of rays, half a percent is added. The tool never runs ahead of the hand.
 TEST(SpringTool, TouchYieldAndReleaseAreContinuous) {
   for (const Tool& shape : {Tool(BallTool{4}), Tool(Finger{0.2, 15}), Tool(Flat{3, 15})}) {
     TriDexel model = block(0.25);
@@ -344,23 +344,80 @@ TEST(SpringTool, TouchYieldAndReleaseAreContinuous) {
     bool touched = false, cut = false;
     for (int i = 0; i < 3000; i++) {
       const double z = i < 1500 ? 21 - step * i : 13.5 + step * (i - 1500);
-      const auto felt = tool.advance(shape, upright({20, 15, z}), Mode::cut, materials);
-      ASSERT_TRUE(felt.ok());
-      const double force = felt.value().wrench.force.z();
+      const auto result = tool.advance(shape, upright({20, 15, z}), Mode::cut, materials);
+      ASSERT_TRUE(result.ok());
+      const double force = result.value().wrench.force.z();
       largest = std::max(largest, std::abs(force - last));
       max = std::max(max, force);
       last = force;
-      touched |= felt.value().touching && !felt.value().cutting;
-      cut |= felt.value().cutting;
+      touched |= result.value().touching && !result.value().cutting;
+      cut |= result.value().cutting;
     }
     EXPECT_TRUE(touched && cut);
     EXPECT_GT(max, 2 * wood().yield_n);
-    EXPECT_LE(largest, 1.01 * spring.stiffness_n_mm * step);
+    EXPECT_LE(largest, std::max(1.01 * spring.stiffness_n_mm * step, 0.005 * max));
     EXPECT_EQ(last, 0);
   }
 }
 
-// The tool's path is what a recording holds: in 1, 10 or 1000 ticks it leaves the same volume.
+// A cut thinner than a cell also resists by its section, at any position on the lattice.
+TEST(SpringTool, ThinCutsResistByTheirSection) {
+  const auto check = [](double depth, double at, bool by_chip) {
+    TriDexel model(make_lattice(Vec3(40, 30, 12.03 + at), 0.2, 4).value());
+    model.fill_block({Vec3::Zero(), Vec3(40, 30, 12.03 + at)}, 0);
+    const SeriesSpring spring{20, 0, 0.2, 0.001};
+    const double z = 12.03 + at - depth;
+    SpringTool tool(model, upright({-4, 15, z}), spring);
+    Material hard = wood();
+    hard.u = 5;
+    if (by_chip) hard.k = {5, 5, 5}, hard.m = 0.3;
+    double sum = 0, largest = 0;
+    int count = 0;
+    for (int i = 0; i < 1200; i++) {
+      const auto result = tool.advance(BoxTool{Vec3(3, 10.03, 10)}, upright({-4 + 0.02 * i, 15, z}),
+                                       Mode::cut, {hard});
+      ASSERT_TRUE(result.ok());
+      if (result.value().pose.tip.x() < 4) continue;
+      const double force = -result.value().wrench.force.x();
+      sum += force;
+      largest = std::max(largest, force);
+      count++;
+    }
+    const double wanted = hard.yield_n + 5 * 10.03 * std::pow(depth, 1 - hard.m);
+    EXPECT_NEAR(sum / count, wanted, (by_chip ? 0.12 : 0.06) * wanted)
+        << depth << " " << at << " " << by_chip;
+    EXPECT_LT(largest, 1.7 * wanted) << depth << " " << at << " " << by_chip;
+  };
+  for (const double depth : {0.06, 0.1, 0.17, 0.3, 0.7})
+    for (const double at : {0.0, 0.06, 0.13})
+      for (const bool by_chip : {false, true}) check(depth, at, by_chip);
+}
+
+// The sole lies on a plane of nodes, and on borders of cells.
+TEST(SpringTool, CutsAtWholePositionsResistByTheirSection) {
+  for (const double depth : {0.05, 0.09, 0.10, 0.15, 0.20, 0.25, 0.30, 0.50}) {
+    TriDexel model(make_lattice(Vec3(40, 20, 6), 0.2, 2).value());
+    model.fill_block({Vec3::Zero(), Vec3(40, 20, 6)}, 0);
+    SpringTool tool(model, upright({-4, 10, 6 - depth}), SeriesSpring{20, 0, 0.2, 0.001});
+    Material hard = wood();
+    hard.u = 5;
+    double sum = 0;
+    int count = 0;
+    for (int i = 0; i < 1200; i++) {
+      const auto result = tool.advance(BoxTool{Vec3(3, 10, 10)},
+                                       upright({-4 + 0.02 * i, 10, 6 - depth}), Mode::cut, {hard});
+      ASSERT_TRUE(result.ok());
+      if (result.value().pose.tip.x() < 4) continue;
+      sum -= result.value().wrench.force.x();
+      count++;
+    }
+    const double wanted = hard.yield_n + 5 * 10 * depth;
+    ASSERT_GT(count, 500) << depth;
+    EXPECT_NEAR(sum / count, wanted, 0.04 * wanted) << depth;
+  }
+}
+
+// A recording holds the tool's path: in 1, 10 or 1000 ticks it leaves the same volume.
 TEST(SpringTool, SplittingTheToolsPathChangesNothing) {
   double left[3];
   const int ticks[3] = {1, 10, 1000};
@@ -385,7 +442,7 @@ TEST(SpringTool, SplittingTheToolsPathChangesNothing) {
   }
 }
 
-// What a cut left clear is nothing to fill, and not clear of a tool that turns.
+// A region that a cut left clear is not a fill, and is not clear for a tool that turns.
 TEST(SpringTool, AClearStartIsOfCutsThatDoNotTurn) {
   std::vector<Material> materials{wood()};
   materials[0].u = 0.01;
@@ -393,7 +450,7 @@ TEST(SpringTool, AClearStartIsOfCutsThatDoNotTurn) {
   double max = 0;
   for (const Tool& shape : {Tool(Finger{0.2, 15}), Tool(BallTool{3}), Tool(Bull{3, 1, 15})})
     for (const bool turns : {false, true}) {
-      double added[2], way[2];
+      double added[2], distance[2];
       for (const bool fresh : {false, true}) {
         TriDexel model = block(0.25);
         SpringTool tool(model, upright({20, 15, 21}), {1.5, 0, 0.2, 0.001});
@@ -405,14 +462,14 @@ TEST(SpringTool, AClearStartIsOfCutsThatDoNotTurn) {
         if (fresh) tool.begin_stroke();
         device.tip = tool.pose().tip + (turns ? Vec3(0, 0, 0.02) : Vec3(0.5, 0, 0.5));
         if (turns) device.frame = rotation(Vec3(0, 0.003, 0));
-        const auto felt =
+        const auto result =
             tool.advance(shape, device, turns ? Mode::touch : Mode::deposit, materials);
-        ASSERT_TRUE(felt.ok());
-        added[fresh] = felt.value().removed_mm3;
-        way[fresh] = felt.value().motion.travel.norm();
+        ASSERT_TRUE(result.ok());
+        added[fresh] = result.value().removed_mm3;
+        distance[fresh] = result.value().motion.travel.norm();
       }
       EXPECT_EQ(added[0], added[1]) << turns;
-      EXPECT_EQ(way[0], way[1]) << turns;
+      EXPECT_EQ(distance[0], distance[1]) << turns;
       max = std::min(max, added[0]);
     }
   EXPECT_LT(max, -1);
@@ -443,9 +500,9 @@ TEST(SpringTool, ARecordedPathLeavesTheSameBytes) {
       if (i % 50 == 0) spin = round % 4 == 1 ? Vec3(0.01 * random.direction()) : Vec3(Vec3::Zero());
       device.tip += velocity;
       device.frame = rotation(spin) * device.frame;
-      const auto felt = tool.advance(shape, device, mode, materials);
-      ASSERT_TRUE(felt.ok()) << felt.error();
-      const ToolTick& f = felt.value();
+      const auto result = tool.advance(shape, device, mode, materials);
+      ASSERT_TRUE(result.ok()) << result.error();
+      const ToolTick& f = result.value();
       edits += f.edited;
       const auto tick = stroke.advance(shape, f.pose.tip, f.motion.turn,
                                        f.edited ? mode : Mode::off, {}, materials);
@@ -461,8 +518,8 @@ TEST(SpringTool, ARecordedPathLeavesTheSameBytes) {
   EXPECT_GT(edits, 2000);
 }
 
-// Giving the device's path in parts changes a little, as the spring then acts in between. By how
-// much is printed.
+// Splitting the device's path changes a little, because the spring then acts in between. Prints by
+// how much.
 TEST(SpringTool, SplittingTheDevicesPathMattersLittle) {
   const std::vector<Material> materials{wood()};
   double removed[3];
@@ -495,13 +552,13 @@ TEST(SpringTool, WaitsUntilItIsOutside) {
   SpringTool tool(model, upright({20, 15, 10}), {});
   const double before = model.volume_mm3();
   for (int i = 0; i < 300; i++) {
-    const auto felt =
+    const auto result =
         tool.advance(BallTool{2}, upright({20, 15, 10 + 0.05 * i}), Mode::cut, materials);
-    ASSERT_TRUE(felt.ok());
-    EXPECT_EQ(length(felt.value().wrench.force), 0);
+    ASSERT_TRUE(result.ok());
+    EXPECT_EQ(length(result.value().wrench.force), 0);
     const double z = 10 + 0.05 * i;
     if (std::abs(z - 20) > 0.1) {
-      EXPECT_EQ(felt.value().inside, z < 20) << z;
+      EXPECT_EQ(result.value().inside, z < 20) << z;
     }
   }
   EXPECT_EQ(model.volume_mm3(), before);

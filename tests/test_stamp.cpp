@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Stamps: letters against the rasteriser of the font's own library, pictures and meshes against
-// what they are of, meshes that are not convex against dense sampling.
+// Stamps: letters against the rasteriser of the font's own library; pictures and meshes against
+// their sources. Meshes that are not convex are compared with dense sampling.
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -42,8 +42,8 @@ double volume_of(const TriangleMesh& mesh) {
 
 const TriangleMesh& mesh_of(const Tool& tool) { return *std::get<MeshTool>(tool).mesh; }
 
-// The area of a letter [mm^2] where a capital H is 1 mm high: grey pixels of FreeType's rasteriser,
-// added up.
+// The area of a letter [mm^2] if a capital H is 1 mm high: the sum of the grey pixels of FreeType's
+// rasteriser.
 double area_of(FT_Face face, char letter) {
   constexpr int kPixels = 600;
   FT_Set_Pixel_Sizes(face, 0, kPixels);
@@ -81,13 +81,13 @@ TEST(Lettering, EveryLetterHasItsAreaAndIsClosed) {
   FT_Done_FreeType(library);
 }
 
-TEST(Lettering, CapitalsAreAsHighAsTold) {
+TEST(Lettering, CapitalsHaveTheRequestedHeight) {
   const auto mesh = letter_mesh({"H", "DejaVu Serif", 12.5, 2, 0});
   ASSERT_TRUE(mesh) << mesh.error();
   EXPECT_NEAR(mesh.value().bounds().size().y(), 12.5, 1e-9);
 }
 
-// Accents overlap their letters, letters each other; lines stand below each other.
+// Accents overlap their letters, and letters overlap each other; lines are below each other.
 TEST(Lettering, WhatOverlapsIsOneSolid) {
   for (const char* text : {"Ägypten", "Œuvre\nﬁn", "ÀÇÊ\n\nñ", "ffi"}) {
     const auto mesh = letter_mesh({text, "DejaVu Serif:bold", 8, 2, 0});
@@ -117,14 +117,14 @@ TEST(Lettering, EveryInstalledFontMakesClosedSolids) {
   EXPECT_GT(tried, 0);
 }
 
-TEST(Lettering, SaysWhatCannotBe) {
+TEST(Lettering, ReportsInvalidInput) {
   const auto error_of = [](const Lettering& lettering) {
     const auto mesh = letter_mesh(lettering);
     return mesh ? std::string("(none)") : mesh.error();
   };
   EXPECT_NE(error_of({"A", "No Such Font", 10, 2, 0}).find("no font called 'No Such Font'"),
             std::string::npos);
-  EXPECT_NE(error_of({"A", "/nowhere/a.ttf", 10, 2, 0}).find("there is no font file"),
+  EXPECT_NE(error_of({"A", "/nowhere/a.ttf", 10, 2, 0}).find("no such font file"),
             std::string::npos);
   EXPECT_NE(error_of({"A", KIBORI_SOURCE_DIR "/CMakeLists.txt", 10, 2, 0}).find("can't be read"),
             std::string::npos);
@@ -167,7 +167,7 @@ TEST(Stamp, TextReadsFromAboveAndTakesItsVolume) {
   const auto model = pressed(tool.value(), 2, 0.1);
   const double whole = 24 * 24 * 8, wanted = volume_of(mesh_of(tool.value())) / 6 * 2;
   EXPECT_NEAR(whole - model->volume_mm3(), wanted, 0.01 * wanted);
-  // An L: a bar on the left, one at the bottom, wood where neither is.
+  // An L: a bar on the left, one at the bottom, wood elsewhere.
   const Box box = mesh_of(tool.value()).bounds();
   const Vec3 middle(12, 12, 7);
   const auto wood = [&](double right, double up) {
@@ -212,7 +212,7 @@ TEST(Stamp, APictureIsAsDeepAsItIsWhite) {
   EXPECT_FALSE(is_material(*other, Vec3(7, 10, 6.1)));
 }
 
-TEST(Stamp, AMeshStandsOnItsLowestPlace) {
+TEST(Stamp, AMeshRestsOnItsLowestPoint) {
   Folder folder;
   // A pyramid on its point, off the origin.
   std::ofstream(folder / "p.obj") << "v 5 5 3\nv 3 3 9\nv 7 3 9\nv 7 7 9\nv 3 7 9\n"
@@ -231,19 +231,19 @@ TEST(Stamp, AMeshStandsOnItsLowestPlace) {
 
 // ---- Sweeps of letters against dense sampling
 
-// Whether a point is in the extruded letters: by the crossings of a line through the mesh, which
-// runs in no special direction.
+// True if a point is in the extruded letters: by the crossings of a line through the mesh in a
+// general direction.
 bool in_mesh(const TriangleMesh& mesh, const Vec3& p) {
-  const Vec3 way(0.5477, 0.3137, 0.7759);
+  const Vec3 direction(0.5477, 0.3137, 0.7759);
   int winding = 0;
   for (const auto& t : mesh.triangles) {
     const Vec3 &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
     const Vec3 n = (b - a).cross(c - a);
-    const double facing = n.dot(way);
+    const double facing = n.dot(direction);
     if (facing == 0) continue;
     const double s = n.dot(a - p) / facing;
     if (s <= 0) continue;
-    const Vec3 q = p + s * way;
+    const Vec3 q = p + s * direction;
     if (n.dot((b - a).cross(q - a)) >= 0 && n.dot((c - b).cross(q - b)) >= 0 &&
         n.dot((a - c).cross(q - c)) >= 0)
       winding += facing > 0 ? 1 : -1;
@@ -256,7 +256,7 @@ TEST(Stamp, SweptLettersAgreeWithDenseSampling) {
   const auto tool = text_stamp({"R&", kSans, 10, 3, 0}, 0.5);
   ASSERT_TRUE(tool) << tool.error();
   const TriangleMesh& mesh = mesh_of(tool.value());
-  constexpr double kNear = 0.06;  // [mm], of cells of 0.5: what samples between poses leave open
+  constexpr double kNear = 0.06;  // [mm], of cells of 0.5: gaps between the sampled poses
   int checked = 0;
   for (int round = 0; round < test::rounds_of("KIBORI_ROUNDS", 15); round++) {
     Lattice lattice;
@@ -278,7 +278,7 @@ TEST(Stamp, SweptLettersAgreeWithDenseSampling) {
       const double depth = random.uniform(10, 54);
       at[depth_index(axis)] = depth;
       const Vec3 world = lattice.to_mm(LatticePoint{at});
-      // Inside, outside, or too near to tell: by points around.
+      // Inside, outside, or too near to decide: by points around.
       bool any = false, all = true;
       for (const Vec3& off :
            {Vec3(Vec3::Zero()), Vec3(kNear, 0, 0), Vec3(-kNear, 0, 0), Vec3(0, kNear, 0),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Guided strokes against closed forms, and one that carves: its channel has the gouge's section.
+// Guided strokes against closed forms. One of them carves: its channel has the gouge's section.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -42,12 +42,12 @@ Timed at(const Vec3& tip, double time_s, const Vec3& axis = Vec3::UnitZ()) {
 // A hand that wanders about.
 std::vector<Timed> wandering(Random& random, int count, double step_mm) {
   std::vector<Timed> hand;
-  Vec3 tip = random.in_box(10, 60), way = random.direction();
+  Vec3 tip = random.in_box(10, 60), direction = random.direction();
   const Vec3 axis = random.direction();
   for (int i = 0; i < count; i++) {
     hand.push_back(at(tip, 0.01 * i, axis));
-    way = (way + 0.4 * random.direction()).normalized();
-    tip += random.uniform(0, step_mm) * way;
+    direction = (direction + 0.4 * random.direction()).normalized();
+    tip += random.uniform(0, step_mm) * direction;
   }
   return hand;
 }
@@ -74,7 +74,7 @@ TEST(StrokeGuide, ALineHasADirectionThatIsSnapped) {
     const Pose& first = hand.front().pose;
     ASSERT_EQ(path.front().pose.tip, first.tip);
     if (path.size() < 2) continue;
-    // Seen along the axis all of it is on one line through the beginning.
+    // Seen along the axis, all of it is on one line through the beginning.
     Vec3 direction = Vec3::Zero();
     for (const Timed& place : path) {
       const Vec3 off = across(place.pose.tip - first.tip, first.axis());
@@ -90,7 +90,7 @@ TEST(StrokeGuide, ALineHasADirectionThatIsSnapped) {
           std::numbers::pi / settings.snap_deg;
       EXPECT_NEAR(turn, std::round(turn), 1e-9) << random.note();
     }
-    // The height is the hand's, and so is the way along the line.
+    // The height is the hand's, and so is the distance along the line.
     const size_t skipped = hand.size() - path.size();
     for (size_t i = 1; i < path.size(); i++) {
       const Vec3 apart = path[i].pose.tip - hand[i + skipped].pose.tip;
@@ -121,7 +121,7 @@ TEST(StrokeGuide, ACircleKeepsItsRadius) {
 }
 
 TEST(StrokeGuide, ACurveIsFollowedWhereItIsNearest) {
-  // A wave; the oracle looks at all of it in small steps.
+  // A wave; the oracle searches all of it in small steps.
   std::vector<Vec3> curve;
   for (int i = 0; i <= 200; i++) curve.push_back(Vec3(0.3 * i, 5 * std::sin(0.03 * i * 3), 2));
   StrokeGuideSettings settings;
@@ -151,7 +151,7 @@ TEST(StrokeGuide, ACurveIsFollowedWhereItIsNearest) {
   }
 }
 
-// Where a curve crosses itself, and where it comes near itself, the tool stays on its own branch.
+// Where a curve crosses itself, or comes near itself, the tool stays on its own branch.
 TEST(StrokeGuide, ACurveIsNotLeapedAcross) {
   StrokeGuideSettings settings;
   settings.guide = Guide::curve;
@@ -179,14 +179,14 @@ TEST(StrokeGuide, ASteadyToolIsDrawnOnAString) {
       guide.move(hand[i].pose, hand[i].time_s,
                  [&](const Pose& pose, double) { tip = pose.tip, count++; });
       ASSERT_EQ(count, to_hand.norm() > settings.steady_mm ? 1 : 0) << random.note();
-      // Straight towards the hand, and no farther than the string asks.
+      // Straight towards the hand, and no farther than the string requires.
       EXPECT_LT((tip - before).cross(to_hand).norm(), 1e-9 * (1 + to_hand.norm()));
       EXPECT_LE((hand[i].pose.tip - tip).norm(), settings.steady_mm + 1e-9);
     }
   }
 }
 
-TEST(StrokeGuide, ALeadingToolTurnsGoesInAndComesOut) {
+TEST(StrokeGuide, ALeadingToolTurnsEntersAndLeaves) {
   StrokeGuideSettings settings;
   settings.lead = true;
   settings.entry_mm = 5;
@@ -194,24 +194,24 @@ TEST(StrokeGuide, ALeadingToolTurnsGoesInAndComesOut) {
   for (const double length : {30.0, 7.0, 3.0})
     for (const double apart : {0.1, 1.7, 11.0}) {
       std::vector<Timed> hand;
-      const Vec3 way = Vec3(0.6, 0.8, 0);
+      const Vec3 direction = Vec3(0.6, 0.8, 0);
       const int count = static_cast<int>(std::ceil(length / apart));
       for (int i = 0; i <= count; i++)
-        hand.push_back(at(Vec3(3, 4, 1) + length * i / count * way, 0.02 * i));
+        hand.push_back(at(Vec3(3, 4, 1) + length * i / count * direction, 0.02 * i));
       const std::vector<Timed> path = path_of(settings, hand);
       double last_s = -1, deepest = 1e30;
       for (const Timed& place : path) {
         EXPECT_GE(place.time_s, last_s);
         last_s = place.time_s;
         const Vec3 off = place.pose.tip - Vec3(3, 4, 1);
-        const double along = off.dot(way),
+        const double along = off.dot(direction),
                      share = 1 - std::min({along / 5, (length - along) / 5, 1.0});
         EXPECT_NEAR(off.z(), 2.5 * share * share, 1e-9) << length << " " << apart << " " << along;
-        EXPECT_LT(across(Vec3(off.x(), off.y(), 0), way).norm(), 1e-9);
+        EXPECT_LT(across(Vec3(off.x(), off.y(), 0), direction).norm(), 1e-9);
         deepest = std::min(deepest, off.z());
       }
       for (size_t i = 1; i < path.size(); i++)
-        EXPECT_LT((path[i].pose.frame.col(0) - way).norm(), 1e-9)
+        EXPECT_LT((path[i].pose.frame.col(0) - direction).norm(), 1e-9)
             << length << " " << apart << " " << i;
       EXPECT_NEAR(path.back().pose.tip.z(), 1 + 2.5, 1e-9);
       EXPECT_NEAR((path.back().pose.tip - hand.back().pose.tip).head<2>().norm(), 0, 1e-9);
@@ -221,7 +221,7 @@ TEST(StrokeGuide, ALeadingToolTurnsGoesInAndComesOut) {
     }
 }
 
-TEST(StrokeGuide, APressThatGoesNoWayGoesInAndOut) {
+TEST(StrokeGuide, APressWithoutMotionEntersAndLeaves) {
   StrokeGuideSettings settings;
   settings.lead = true;
   settings.entry_mm = 5;
@@ -236,7 +236,8 @@ TEST(StrokeGuide, APressThatGoesNoWayGoesInAndOut) {
   EXPECT_GT(path[2].time_s, path[1].time_s);
 }
 
-// Whatever is chosen, wherever the hand goes: places, frames that are turns, times that go on.
+// Any settings and any motion of the hand: positions are finite, frames are rotations, times
+// increase.
 TEST(StrokeGuide, AnyStrokeIsAPath) {
   Random random;
   for (int trial = 0; trial < test::rounds_of("KIBORI_GUIDES", 2000); trial++) {
@@ -270,7 +271,7 @@ TEST(StrokeGuide, AnyStrokeIsAPath) {
   }
 }
 
-TEST(StrokeGuide, WhatCantBeIsToldInASentence) {
+TEST(StrokeGuide, InvalidInputIsReportedInASentence) {
   StrokeGuideSettings settings;
   settings.guide = Guide::curve;
   EXPECT_FALSE(check_stroke_guide(settings));
@@ -284,8 +285,8 @@ TEST(StrokeGuide, WhatCantBeIsToldInASentence) {
   EXPECT_FALSE(check_stroke_guide(settings));
 }
 
-// A gouge that leads itself around a bend leaves a channel of its own section, as long as the
-// hand's way, that ends at the surface on both sides.
+// A gouge that leads around a bend leaves a channel with its own section, as long as the hand's
+// path. The channel ends at the surface on both sides.
 TEST(StrokeGuide, AGougeLeavesACleanChannel) {
   Random random;
   for (const double sweep : {3.0, 7.0, 9.0, 11.0}) {
@@ -337,7 +338,7 @@ TEST(StrokeGuide, AGougeLeavesACleanChannel) {
                         (1 - std::sqrt(std::max(0.0, 1 - off * off / (arc.across * arc.across))));
       EXPECT_NEAR(p.z(), std::min(12.0, 12 - depth + over), 0.05 * 0.25) << sweep << " at " << y;
     }
-    // At both ends of the hand's way the wood is whole again.
+    // At both ends of the hand's path the wood is untouched.
     EXPECT_NEAR(top(7, 20).z(), 12, 1e-5);
     EXPECT_NEAR(top(53, 20).z(), 12, 1e-5);
     EXPECT_LT(top(14, 20).z(), 12 - 0.99 * depth);
@@ -347,8 +348,8 @@ TEST(StrokeGuide, AGougeLeavesACleanChannel) {
 
 // ---- Stamps
 
-// Where a stamp is pressed in: places that are as deep as the hand, with such above them before and
-// after.
+// Places where a stamp is pressed in: they are as deep as the hand, with places above them before
+// and after.
 std::vector<Pose> pressed(const std::vector<Timed>& path, double lift_mm) {
   std::vector<Pose> places;
   for (size_t i = 1; i + 1 < path.size(); i++) {
@@ -373,11 +374,11 @@ TEST(StrokeGuide, AStampIsPressedInOnceWhereTheStrokeBegins) {
     const std::vector<Pose> places = pressed(path, 3);
     ASSERT_EQ(places.size(), 1u) << random.note();
     EXPECT_EQ(places[0].tip, hand[0].pose.tip);
-    const Vec3 way = across(hand.back().pose.tip - hand[0].pose.tip, hand[0].pose.axis());
+    const Vec3 direction = across(hand.back().pose.tip - hand[0].pose.tip, hand[0].pose.axis());
     if (!settings.lead) {
       EXPECT_EQ(places[0].frame, hand[0].pose.frame);
-    } else if (way.norm() > 2) {
-      EXPECT_GT(places[0].frame.col(0).dot(way.normalized()), 1 - 1e-9) << random.note();
+    } else if (direction.norm() > 2) {
+      EXPECT_GT(places[0].frame.col(0).dot(direction.normalized()), 1 - 1e-9) << random.note();
     }
     for (size_t i = 1; i < path.size(); i++) EXPECT_GE(path[i].time_s, path[i - 1].time_s);
   }
@@ -391,23 +392,23 @@ TEST(StrokeGuide, AStampIsPressedInAtEqualDistances) {
     settings.lead = round % 2 == 1;
     settings.lift_mm = random.uniform(0.5, 4);
     settings.every_mm = random.uniform(0.4, 9);
-    // Straight on, by steps of any size.
-    const Vec3 axis = random.direction(), way = across(random.direction(), axis).normalized();
+    // Straight ahead, by steps of any size.
+    const Vec3 axis = random.direction(), direction = across(random.direction(), axis).normalized();
     std::vector<Timed> hand{at(random.in_box(0, 50), 0, axis)};
     double length = 0;
     for (int i = 1; i < 30; i++) {
       const double step = random.uniform(0, 4);
       length += step;
-      hand.push_back(at(hand[0].pose.tip + length * way, 0.02 * i, axis));
+      hand.push_back(at(hand[0].pose.tip + length * direction, 0.02 * i, axis));
     }
     const std::vector<Timed> path = path_of(settings, hand);
     const std::vector<Pose> places = pressed(path, settings.lift_mm);
     ASSERT_EQ(places.size(), static_cast<size_t>(length / settings.every_mm) + 1) << random.note();
     for (size_t i = 0; i < places.size(); i++) {
-      const Vec3 wanted = hand[0].pose.tip + static_cast<double>(i) * settings.every_mm * way;
+      const Vec3 wanted = hand[0].pose.tip + static_cast<double>(i) * settings.every_mm * direction;
       EXPECT_LT((places[i].tip - wanted).norm(), 1e-6) << random.note();
       if (settings.lead) {
-        EXPECT_GT(places[i].frame.col(0).dot(way), 1 - 1e-9) << random.note();
+        EXPECT_GT(places[i].frame.col(0).dot(direction), 1 - 1e-9) << random.note();
       }
     }
     // Between them it is never as deep as the hand.
@@ -419,7 +420,7 @@ TEST(StrokeGuide, AStampIsPressedInAtEqualDistances) {
   }
 }
 
-TEST(StrokeGuide, AStampGoesAroundACircle) {
+TEST(StrokeGuide, AStampFollowsACircle) {
   StrokeGuideSettings settings;
   settings.guide = Guide::circle;
   settings.centre_mm = Vec3(20, 20, 0);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Every mode, force model and kind of stroke, by three routes (a scene, a workpiece as Python uses
-// it, a servo with a device): what is kept in a document verifies, and replays to the same state.
+// Runs every mode, force model and variant of a stroke by three routes: a scene, a workpiece as in
+// Python, and a servo with a device. The resulting document must verify and replay to the same
+// state.
 //
 // A short run covers every pair of mode, model, variant and route. KIBORI_MATRIX=1 runs them all.
 #include <array>
@@ -53,14 +54,15 @@ struct Case {
       text.append(text.empty() ? "" : " ").append(part);
     return text;
   }
-  // Two hands do not go with a mode that reshapes, nor does a protected body.
+  // A reshaping mode excludes two hands and a protected body.
   bool refused() const {
     return reshapes(mode) && (variant == Variant::two_hands || variant == Variant::protects);
   }
 };
 
-// A block of 20 x 16 x 10 mm, which is no multiple of the pitch; a way into it, along it, and on
-// with a turned tool. On a wheel the tool comes from the side.
+// The scene of a case. Its stock is a block of about 20 x 16 x 10 mm, whose sides are no multiples
+// of the pitch. The path goes into the block, along it, and continues with a turned tool. On a
+// wheel the tool comes from the side.
 std::string scene_text(const Case& c) {
   std::string text = "schema = 1\n";
   if (c.variant == Variant::symmetry) text += "[symmetry]\nplanes = \"x\"\n";
@@ -99,7 +101,7 @@ std::string scene_text(const Case& c) {
   return text;
 }
 
-// What a document promises: it verifies, and replays to the state in which it was left.
+// Checks that a document verifies and replays to its last state.
 void expect_true(const std::filesystem::path& file, uint64_t state_hash) {
   auto document = Document::open(file, Document::Access::read);
   ASSERT_TRUE(document.ok()) << document.error();
@@ -116,9 +118,10 @@ void expect_refused(const std::string& error) {
       << error;
 }
 
-// Whether the mode changes a flat face: filling its hollows and flattening it do not.
+// True if the mode changes a flat face. Fill, flatten and trim leave it unchanged.
 bool changes(Mode mode) {
-  return kind_of(mode) != ModeKind::none && mode != Mode::fill && mode != Mode::flatten;
+  return kind_of(mode) != ModeKind::none && mode != Mode::fill && mode != Mode::flatten &&
+         mode != Mode::trim;
 }
 
 BodyAction protection(const SceneNoGo& no_go) {
@@ -193,7 +196,7 @@ void run_workpiece(const Case& c, const std::filesystem::path& file) {
   expect_true(file, piece.bodies().content_hash());
 }
 
-// A hand that goes along the scene's moves.
+// A hand that follows the scene's moves.
 VirtualDevice::Script along(const Scene& scene, const Vec3& centre, bool second) {
   std::vector<Pose> poses;
   for (const Move& move : scene.moves)
@@ -212,7 +215,7 @@ VirtualDevice::Script along(const Scene& scene, const Vec3& centre, bool second)
 
 void run_servo(const Case& c, const std::filesystem::path& file) {
   const bool both = c.variant == Variant::two_hands;
-  // A scene refuses what a servo only lets wait.
+  // A scene refuses some cases in which a servo only waits. They use the path of a cut.
   const Case path{c.refused() ? Mode::cut : c.mode, c.model, c.variant, c.route};
   const Result<Scene> scene = parse_scene(scene_text(path), "matrix", std::nullopt);
   ASSERT_TRUE(scene.ok()) << scene.error();
@@ -251,7 +254,7 @@ void run_servo(const Case& c, const std::filesystem::path& file) {
     const auto no_go = no_go_of(*created.value()->worked_on(), 1);
     ASSERT_TRUE(no_go.ok()) << no_go.error();
     WorkedBody body{1, Pose{}, false, no_go.value()};
-    live.context().stand(body);
+    live.context().set_body(body);
   }
   uint64_t hash = 0;
   {
@@ -260,7 +263,7 @@ void run_servo(const Case& c, const std::filesystem::path& file) {
     const int ticks = static_cast<int>(0.1 * s.rate_hz * static_cast<double>(s.moves.size()));
     for (int k = 0; k < ticks; k++) {
       live.tick(1 / s.rate_hz);
-      // Dabs are computed on another thread: it is given time now and then.
+      // Dabs are computed on another thread. This gives it time.
       if (reshapes(c.mode) && k % 10 == 0)
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
       if (k % 20 == 0) writer.write();
@@ -270,7 +273,7 @@ void run_servo(const Case& c, const std::filesystem::path& file) {
     writer.stop();
     EXPECT_EQ(writer.settled(), "");
     hash = writer.document().worked_on()->content_hash();
-    const Bodies& bodies = *writer.document().worked_on();
+    const BodyList& bodies = *writer.document().worked_on();
     EXPECT_EQ(bodies.find(1)->model.content_hash(), live.context().model().content_hash());
     if (changes(c.mode) && !c.refused()) {
       EXPECT_GT(writer.document().steps().size(), 1u);
@@ -302,7 +305,7 @@ TEST_P(StrokeMatrix, WhatIsKeptReplays) {
     const auto mode = static_cast<Mode>(m);
     for (size_t i = 0; i < 3; i++)
       for (size_t r = 0; r < 3; r++) {
-        // A Latin square: over all modes and variants each model meets each route.
+        // A Latin square: over all modes and variants, each model meets each route.
         if (!all && (i != (m + v) % 3 || r != (m + 2 * v) % 3)) continue;
         run({mode, kModels[i], GetParam(), static_cast<Route>(r)});
       }

@@ -26,7 +26,7 @@ namespace {
 
 using test::Folder;
 
-// No thread moves the tool: a test runs its ticks, and a pointer's places have the times of those.
+// No thread moves the tool: a test runs its ticks, and a pointer's positions have their times.
 const SessionOptions kByPointer{false, {}, true}, kBySimulatedHand{false, "virtual", true};
 
 // A session that is stepped, and its clock.
@@ -35,7 +35,7 @@ class Stepped {
   explicit Stepped(Session& session) : studio_(*session.live()) {}
 
   double now_s() const { return 0.001 * static_cast<double>(ticks_); }
-  // Runs so much of the servo's time; every frame's worth, `see` gets its ticks.
+  // Runs this much of the servo's time. Calls `see` with the ticks of every frame.
   template <class F>
   void run(double seconds, F&& see) {
     const int64_t until = ticks_ + std::llround(1000 * seconds);
@@ -49,8 +49,8 @@ class Stepped {
   void run(double seconds) {
     run(seconds, [](const LiveTick&) {});
   }
-  // Until the document's threads, whose time no test can step, have done something; false after 20
-  // seconds or more.
+  // Runs until the document's threads have done something; a test cannot step their time. Returns
+  // false after 20 seconds or more.
   template <class F>
   bool until(F&& done) {
     for (int i = 0; i < 20000; i++) {
@@ -113,8 +113,69 @@ TEST(Studio, PressedItCutsAndUndoneItIsAsBefore) {
       document.value()->verify([](const std::string& wrong) { ADD_FAILURE() << wrong; }).ok());
 }
 
-// The tool's side, as a box shows it: turned as it is told to, and never at once while a stroke
-// goes on, wherever the axis points to.
+// Esc after the pointer was lifted, while the tool still follows: nothing of the stroke remains,
+// nor of one that waits behind it.
+TEST(Studio, ACancelledPathIsNotFollowedFurther) {
+  for (const Mode mode : {Mode::cut, Mode::inflate}) {
+    Folder folder;
+    auto opened = create_session(folder.path / "a.kibori", servo_scene(), kByPointer);
+    ASSERT_TRUE(opened.ok()) << opened.error();
+    LiveSession& studio = *opened.value()->live();
+    Stepped servo(studio);
+    ASSERT_TRUE(servo.until([&] { return studio.history().step == 1; }));
+    const uint64_t block = studio.history().hash;
+    for (const double y : {20, 30}) {
+      studio.press(Vec3(20, y, 29), Vec3::UnitZ(), mode, 0);
+      for (int i = 1; i <= 100; i++) studio.aim(Vec3(20 + 0.4 * i, y, 28), Vec3::UnitZ(), 0.02 * i);
+      studio.lift();
+    }
+    servo.run(0.05);
+    studio.cancel();
+    servo.run(3);
+    EXPECT_FALSE(studio.pressed());
+    studio.press(Vec3(20, 25, 36), Vec3::UnitZ(), Mode::cut, 10);  // the document's end of all that
+    studio.aim(Vec3(20, 25, 28), Vec3::UnitZ(), 10.1);
+    studio.lift();
+    ASSERT_TRUE(servo.until([&] { return studio.history().step == 2; }));
+    studio.undo();
+    ASSERT_TRUE(servo.until([&] { return studio.history().step == 1; }));
+    EXPECT_EQ(studio.history().hash, block);
+    EXPECT_EQ(studio.history().steps, 2u);
+    EXPECT_EQ(studio.close(), "");
+  }
+}
+
+// A document that is closed right after the pointer was lifted has the whole stroke.
+TEST(Studio, ClosedItHasTheWholeStroke) {
+  for (const Mode mode : {Mode::cut, Mode::inflate}) {
+    Folder folder;
+    const auto file = folder.path / "a.kibori";
+    {
+      auto opened = create_session(file, servo_scene(), {});
+      ASSERT_TRUE(opened.ok()) << opened.error();
+      LiveSession& studio = *opened.value()->live();
+      studio.press(Vec3(20, 25, 36), Vec3::UnitZ(), mode, 0);
+      for (int i = 1; i <= 40; i++) studio.aim(Vec3(20 + i, 25, 28), Vec3::UnitZ(), 0.01 * i);
+      studio.lift();
+      EXPECT_EQ(studio.close(), "");
+    }
+    auto document = Document::open(file, Document::Access::read);
+    ASSERT_TRUE(document.ok()) << document.error();
+    ASSERT_EQ(document.value()->steps().size(), 2u);
+    Vec3 last = Vec3::Zero();
+    ASSERT_TRUE(document.value()
+                    ->for_ticks(document.value()->head(),
+                                [&](const std::vector<RecordedTick>& ticks) -> Status {
+                                  last = std::get<MoveTick>(ticks.back().what).tip;
+                                  return Ok{};
+                                })
+                    .ok());
+    EXPECT_NEAR((last - Vec3(60, 25, 28)).norm(), 0, mode == Mode::cut ? 0.3 : 1e-9);
+  }
+}
+
+// The tool's side, as a box shows it. It turns as requested, and never at once during a stroke,
+// wherever the axis points.
 TEST(Studio, ItTurnsButDoesNotSpin) {
   Folder folder;
   auto opened = create_session(folder.path / "a.kibori", servo_scene(), kByPointer);
@@ -135,7 +196,7 @@ TEST(Studio, ItTurnsButDoesNotSpin) {
   studio.aim(Vec3(40, 25, 40), 5 * Vec3::UnitZ(), servo.now_s());
   EXPECT_NEAR((side() - Vec3(std::cos(0.5), std::sin(0.5), 0)).norm(), 0, 1e-6);
   studio.turn(0);
-  // In the air, all the way round: as much as the axis turns, and no more.
+  // In the air, a full turn of the axis: the tool turns as much as the axis, and no more.
   studio.press(Vec3(40, 25, 60), Vec3::UnitZ(), Mode::cut, servo.now_s());
   double turned = 0;
   Mat3 before = Mat3::Identity();
@@ -152,7 +213,7 @@ TEST(Studio, ItTurnsButDoesNotSpin) {
   EXPECT_LT(turned, 7.5);
 }
 
-// The same with a servo thread of its own, at its own pace: threads and pages never wait for each
+// The same with a separate servo thread at its own pace: threads and pages never wait for each
 // other.
 TEST(Studio, ByItsOwnThread) {
   Folder folder;
@@ -219,10 +280,10 @@ TEST(Studio, HistoryVersionsMaterialsAndPicturesOfSteps) {
     EXPECT_GT(studio.steps().back().made_s, 1'700'000'000);
     studio.name_version("one row");
     ASSERT_TRUE(servo.until([&] { return studio.versions().count("one row") == 1; }));
-    studio.name_version("7");  // no name: a number
-    std::string told;
-    ASSERT_TRUE(servo.until([&] { return !(told = studio.notice()).empty(); }));
-    EXPECT_NE(told.find("name"), std::string::npos) << told;
+    studio.name_version("7");  // not a name: a number
+    std::string reported;
+    ASSERT_TRUE(servo.until([&] { return !(reported = studio.notice()).empty(); }));
+    EXPECT_NE(reported.find("name"), std::string::npos) << reported;
     studio.go(1);
     ASSERT_TRUE(servo.until([&] { return studio.history().step == 1; }));
     ASSERT_TRUE(servo.until([&] { return studio.volume_mm3() == volume; }));
@@ -288,7 +349,7 @@ TEST(Studio, ScenesOfStockAlone) {
   for (const double pitch : {0.0, -1.0, nan, 1e-9, 1e9})
     EXPECT_FALSE(stock_scene(StockBlock{Vec3(10, 10, 10)}, pitch, 0).ok());
   EXPECT_FALSE(stock_scene(StockBlock{Vec3(10, 10, 10)}, 0.1, 60).ok());
-  EXPECT_TRUE(file_scene("/nowhere.stl", {10, 100}).ok());  // read when it is made
+  EXPECT_TRUE(file_scene("/nowhere.stl", {10, 100}).ok());  // read when the stock is made
   EXPECT_FALSE(file_scene("/nowhere.png", {10, 100}).ok());
   EXPECT_FALSE(file_scene("/nowhere.stl", {10, 100, 60}).ok());
   for (const double rays : {0.0, 1e9, nan, -5.0})
@@ -326,8 +387,8 @@ TEST(Studio, NamesLeadNowhereElse) {
   EXPECT_EQ(library.list().front().name, "one");
   EXPECT_TRUE(library.find("one").ok());
   EXPECT_EQ(library.place_for("one").value().filename(), "one 2.kibori");
-  EXPECT_TRUE(library.thumbnail("one").empty());  // it is none
-  // Only as it is called: another way of writing its ending is another file.
+  EXPECT_TRUE(library.thumbnail("one").empty());  // not a document
+  // Only the exact name: another spelling of the extension is another file.
   put("Old.KIBORI");
   EXPECT_EQ(library.list().size(), 1u);
   EXPECT_FALSE(library.find("Old").ok());
@@ -349,7 +410,7 @@ TEST(Studio, LayersInOneArchive) {
   options.layer_mm = 1;
   const Status written = write_layers_zip(path, model.snapshot(), options);
   ASSERT_TRUE(written.ok()) << written.error();
-  // By a program that shares nothing with ours.
+  // Checked by a program that shares nothing with ours.
   const std::string list = folder.path / "list.txt";
   ASSERT_EQ(std::system(("python3 -m zipfile -l " + path.string() + " > " + list).c_str()), 0);
   std::ifstream text(list);
@@ -358,8 +419,8 @@ TEST(Studio, LayersInOneArchive) {
   EXPECT_EQ(std::system(("python3 -m zipfile -t " + path.string() + " > " + list).c_str()), 0);
 }
 
-// A simulated hand holds the tool: it carves when it is told to, pushes when it may, and is brought
-// elsewhere.
+// A simulated hand holds the tool. It carves when requested, pushes when permitted, and can be
+// moved elsewhere.
 TEST(Studio, AForceDeviceHoldsTheTool) {
   Folder folder;
   const auto file = folder.path / "a.kibori";
@@ -375,11 +436,12 @@ TEST(Studio, AForceDeviceHoldsTheTool) {
   ASSERT_NE(studio.held(), nullptr);
   EXPECT_EQ(studio.held()->name, "a simulated hand");
   servo.run(0.3);
-  EXPECT_EQ(studio.removed_mm3(), 0);  // no one said so
+  EXPECT_EQ(studio.removed_mm3(), 0);  // not requested
   EXPECT_EQ(studio.held()->safety, SafetyStage::State::off);
-  studio.press(Vec3(20, 15, 10), Vec3::UnitZ(), Mode::cut, servo.now_s());  // a pointer has no say
+  // a pointer has no effect
+  studio.press(Vec3(20, 15, 10), Vec3::UnitZ(), Mode::cut, servo.now_s());
   EXPECT_FALSE(studio.pressed());
-  // What it can bear goes with the reach.
+  // The maximum stiffness depends on the reach.
   const double max = studio.held()->max_n_mm;
   EXPECT_FALSE(studio.choose_hand({200, 1.01 * max, true}).ok());
   EXPECT_FALSE(studio.choose_hand({10, 0, true}).ok());
@@ -428,7 +490,7 @@ TEST(Studio, MirroredStrokesAndOneThatIsOnlyLookedAt) {
     add_row(studio, servo, 10);
     studio.name_version("a row");
     ASSERT_TRUE(servo.until([&] { return studio.versions().size() == 1; }));
-    // While it is carved, another looks at it as it was when he came.
+    // While it is carved, another session opens it and sees the state at that time.
     auto other = open_session(file, {true, {}});
     ASSERT_TRUE(other.ok()) << other.error();
     Session& looks = *other.value();
@@ -463,7 +525,7 @@ TEST(Studio, MirroredStrokesAndOneThatIsOnlyLookedAt) {
       document.value()->verify([](const std::string& wrong) { ADD_FAILURE() << wrong; }).ok());
 }
 
-// What a page shows of the method, against nodes that are asked one by one.
+// The page's view of the method, against nodes that are tested one by one.
 TEST(Studio, RaysNearAPlaceAndTheNodesThatVanishOnThem) {
   test::Random random;
   Lattice lattice;
@@ -501,7 +563,7 @@ TEST(Studio, RaysNearAPlaceAndTheNodesThatVanishOnThem) {
       ASSERT_TRUE(box.every == every || box.every == 2 * every) << random.note();
       const auto rays = spans_in(box, now);
       ASSERT_EQ(rays.size(), static_cast<size_t>(box.columns * box.rows));
-      // Every node of the lattice: whether it is on the box's rays, and has vanished.
+      // For every node of the lattice: is it on the box's rays, and has it vanished?
       size_t count = 0;
       int columns = 0, rows = 0;
       const auto in_cube = [&](int index, int k) {
@@ -540,7 +602,7 @@ TEST(Studio, RaysNearAPlaceAndTheNodesThatVanishOnThem) {
       }
     }
   }
-  // However far or large the cube is, there are no more rays than can be shown.
+  // At any position and size of the cube, the number of rays does not exceed the limit.
   for (const double far : {0.0, 1e12, -1e12})
     for (const double radius : {0.0, 1.0, 1e6}) {
       const RayBox box = ray_box(lattice, Axis::y, Vec3::Constant(far), radius, 64);

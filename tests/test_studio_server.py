@@ -62,7 +62,7 @@ class Server(unittest.TestCase):
         self.assertLessEqual({65, 66, 67}, kinds)
         return page
 
-    def test_the_token_stands_in_no_command_line(self):
+    def test_the_token_is_in_no_command_line(self):
         for process in os.listdir("/proc"):
             if process.isdigit():
                 try:
@@ -114,9 +114,9 @@ class Server(unittest.TestCase):
             self.assertEqual(enter(first, [studio.bearer]), 200)
             # Another one is refused, and the person finds the next address in the terminal. Once.
             self.assertEqual([enter(first) for _ in range(3)], [403] * 3)
-            told = [studio.program.stdout.readline() for _ in range(3)]
-            second = re.search(r"token=([0-9a-f]{64})\n", told[2])[1]
-            self.assertIn("once", told[1])
+            reported = [studio.program.stdout.readline() for _ in range(3)]
+            second = re.search(r"token=([0-9a-f]{64})\n", reported[2])[1]
+            self.assertIn("once", reported[1])
             self.assertNotEqual(second, first)
             self.assertEqual([enter(first), enter(second), enter(first)], [403, 200, 403])
             studio.program.send_signal(signal.SIGINT)
@@ -194,7 +194,7 @@ class Server(unittest.TestCase):
         page = self.page()
         page.frame(b"text", code=1)
         self.assertTrue(page.closed())
-        # What is well made, but can't be: told, and nothing comes of it.
+        # A well-formed but impossible request is reported and has no effect.
         page = self.carving()
         page.frame(bytes([11]))
         page.frame(bytes([8]) + text('{"shape":"ball","radius":-1}'))
@@ -208,11 +208,11 @@ class Server(unittest.TestCase):
         page.frame(bytes([2]) + struct.pack("<7d", 1e12, -1e12, 0, 0, 0, 0, 1))
         page.frame(bytes([2]) + struct.pack("<7d", 1e12, -1e12, 0, 0, 0, 1, 1))
         page.frame(bytes([3]) + struct.pack("<6d", 1e12, -1e12, 0, 0, 0, 1) + b"\x02" + struct.pack("<d", 1e12))
-        told = 0
+        reported = 0
         end = time.time() + 20
-        while told < 8 and time.time() < end:
-            told += page.message()[0] == 68
-        self.assertEqual(told, 8)
+        while reported < 8 and time.time() < end:
+            reported += page.message()[0] == 68
+        self.assertEqual(reported, 8)
         self.carving()
 
     def test_every_number_has_its_range(self):
@@ -388,10 +388,10 @@ class Beginning(unittest.TestCase):
 
     def bring(self, name, body, **choices):
         """Imports a file as it was guessed to be; None where it is refused at once."""
-        status, said = self.look(name, body)
+        status, answer = self.look(name, body)
         if status != 200:
             return status
-        about = json.loads(said)
+        about = json.loads(answer)
         return self.make(about["import"], **({"size": about.get("longest_mm", 80), "up": about.get("up", "z")} | choices))[0]
 
     def get(self, target):
@@ -440,7 +440,7 @@ class Beginning(unittest.TestCase):
         self.begin()  # while one is open
         self.until(68)
 
-    def test_files_brought_and_taken(self):
+    def test_files_are_uploaded_and_downloaded(self):
         self.assertEqual(self.bring("t.stl", TETRAHEDRON.encode()), 204)
         self.until(64)
         time.sleep(0.5)
@@ -450,8 +450,8 @@ class Beginning(unittest.TestCase):
             self.assertGreater(len(body), 200, form)
             with open(os.path.join(self.folder.name, "out." + form), "wb") as file:
                 file.write(body)
-        told = subprocess.run([KIBORI, "info", os.path.join(self.folder.name, "out.stl"), "--json"], capture_output=True, text=True).stdout
-        self.assertAlmostEqual(float(re.search(r'"volume_mm3": *([0-9.]+)', told)[1]), 4500, delta=15)
+        reported = subprocess.run([KIBORI, "info", os.path.join(self.folder.name, "out.stl"), "--json"], capture_output=True, text=True).stdout
+        self.assertAlmostEqual(float(re.search(r'"volume_mm3": *([0-9.]+)', reported)[1]), 4500, delta=15)
         self.assertEqual(subprocess.run([KIBORI, "verify", os.path.join(self.folder.name, "out.kibori")], capture_output=True).returncode, 0)
         self.leave()
         # What was taken comes back.
@@ -464,10 +464,10 @@ class Beginning(unittest.TestCase):
         time.sleep(0.2)
         self.assertEqual(self.folders(), 0)
 
-    def test_a_file_says_what_it_is(self):
-        status, said = self.look("t.stl", TETRAHEDRON.encode())
+    def test_a_file_is_described(self):
+        status, answer = self.look("t.stl", TETRAHEDRON.encode())
         self.assertEqual(status, 200)
-        about = json.loads(said)
+        about = json.loads(answer)
         self.assertEqual((about["kind"], about["triangles"], about["size_mm"], about["unit"], about["longest_mm"], about["repairs"]),
                          ("mesh", 4, [30, 30, 30], "mm", 30, []))
         status, preview = self.get(f"/import?page={self.key}&import={about['import']}")
@@ -525,8 +525,8 @@ class Beginning(unittest.TestCase):
         for wrong in (dict(size="x"), dict(size=""), dict(rays="x"), dict(material=-1), dict(material="x"), dict(up="w"), dict(up="y", front="-y"), dict(height="x")):
             self.assertEqual(self.make(fourth, **wrong)[0], 400, wrong)
         for wrong in (dict(size=-3), dict(size=1e9), dict(rays=1e9), dict(rays=1), dict(material=40)):
-            status, said = self.make(fourth, **wrong)
-            self.assertEqual((status, said.count(b"\n")), (422, 1), wrong)
+            status, answer = self.make(fourth, **wrong)
+            self.assertEqual((status, answer.count(b"\n")), (422, 1), wrong)
         self.assertEqual(self.documents(), [])
         self.assertEqual(self.make(fourth)[0], 204)
         self.until(64)
@@ -537,14 +537,14 @@ class Beginning(unittest.TestCase):
         # One is the program's own: the way by which a browser comes in.
         return sum(name.startswith("kibori-") for name in os.listdir(self.folder.name)) - 1
 
-    def test_what_can_not_be_brought(self):
+    def test_invalid_uploads_are_refused(self):
         stl = TETRAHEDRON.encode()
         self.assertEqual(self.bring("x.exe", stl), 415)
         self.assertEqual(self.bring("x", stl), 415)
         for name, body in (("x.stl", b"nothing"), ("x.stl", b""), ("x.3mf", b"PK"), ("x.png", b"\x89PNG"), ("x.glb", b"glTF")):
-            status, said = self.look(name, body)
-            self.assertEqual((status, said.count(b"\n")), (422, 1), name)
-            self.assertIn(name.encode(), said)
+            status, answer = self.look(name, body)
+            self.assertEqual((status, answer.count(b"\n")), (422, 1), name)
+            self.assertIn(name.encode(), answer)
         self.assertEqual(self.bring("x.kibori", b"SQLite format 3\0"), 202)
         self.until(68)
         self.assertEqual(self.documents(), [])
@@ -608,10 +608,10 @@ class Beginning(unittest.TestCase):
         self.assertEqual(Connection(self.studio).ask("/", [self.bearer, "Sec-Fetch-Site: cross-site"], host=self.studio.host)[0], 200)
 
     def test_sentences_name_the_file_as_it_was_called(self):
-        status, told = self.look("my%20ball.stl", b"nothing")
+        status, reported = self.look("my%20ball.stl", b"nothing")
         self.assertEqual(status, 422)
-        self.assertIn(b"my ball.stl", told)
-        self.assertNotIn(b"import.stl", told)
+        self.assertIn(b"my ball.stl", reported)
+        self.assertNotIn(b"import.stl", reported)
 
     def test_history(self):
         self.begin(size=(40, 40, 20), pitch=0.5)
@@ -663,9 +663,16 @@ class Beginning(unittest.TestCase):
             self.until(67)
         self.assertNotIn("fig6.kibori", self.documents())
 
+    def test_an_end_during_work_leaves_nothing(self):
+        """An example takes half a minute to carve. The studio ends without it, and leaves no temporary folder."""
+        self.page.frame(bytes([21]) + text("fig6"))
+        self.until(72)
+        self.assertEqual(self.studio.close(), 0)
+        self.assertEqual([n for n in os.listdir(self.folder.name) if n.startswith("kibori-")], [])
+
 
 class HeldByADevice(unittest.TestCase):
-    def test_it_is_told_of_and_asked(self):
+    def test_it_is_announced_and_requested(self):
         with tempfile.TemporaryDirectory() as folder:
             studio = Studio(folder, "--device", "virtual")
             page = greeted(studio)
@@ -677,7 +684,7 @@ class HeldByADevice(unittest.TestCase):
             end = time.time() + 60
             while safety != 2 and time.time() < end:
                 state = until(page, 67)
-                at = 1 + 8 + 8 + 4 + 4 + 4
+                at = 1 + 8 + 8 + 4 + 4 + 4 + 8
                 at += 4 + struct.unpack_from("<I", state, at)[0]  # the hash
                 safety = state[at]
             self.assertEqual(safety, 2)
@@ -726,7 +733,7 @@ class OnlyLookedAt(unittest.TestCase):
             page.frame(bytes([14]))  # leave
             until(page, 69)
             page.frame(bytes([12, 0]) + struct.pack("<4dB", 40, 30, 20, 0.5, 0) + text("new"))
-            self.assertIn(b"only reads", until(page, 68))
+            self.assertIn(b"read-only", until(page, 68))
             self.assertEqual(reader.close(), 0)
             self.assertEqual(rows(), before)
 
@@ -775,11 +782,11 @@ speed = 40
             pass
         trace = until(self.page, 74)
         size = struct.unpack_from("<I", trace, 1)[0]
-        told = json.loads(trace[5:5 + size])
-        self.assertEqual((told["name"], told["model"], told["finished"], told["ticks"]), ("mine", "energy", True, 700))
+        reported = json.loads(trace[5:5 + size])
+        self.assertEqual((reported["name"], reported["model"], reported["finished"], reported["ticks"]), ("mine", "energy", True, 700))
         rows = list(struct.iter_unpack("<7f", trace[9 + size:]))
         self.assertEqual(len(rows), 700)
-        self.assertAlmostEqual(max(sum(f * f for f in row[1:4]) ** 0.5 for row in rows), told["max_force_N"], places=4)
+        self.assertAlmostEqual(max(sum(f * f for f in row[1:4]) ** 0.5 for row in rows), reported["max_force_N"], places=4)
         # It has no document, and goes nowhere; nothing was written.
         for code in (5, 6, 7):
             self.page.frame(bytes([code]))
@@ -805,7 +812,7 @@ speed = 40
         self.page.frame(bytes([14]))
         until(self.page, 69)
 
-    def test_the_method_is_told_of(self):
+    def test_the_method_is_announced(self):
         """Rays near the tool, how they are when it has passed, and K of all ticks in between."""
         ask = bytes([31]) + struct.pack("<B3ddB", 2, 10, 6, 8, 3.0, 1)
 
@@ -813,28 +820,28 @@ speed = 40
 
         def answer():
             nonlocal trace
-            told = until(self.page, 76, 74)
-            if told[0] == 74:  # the run ended before the answer came
-                trace = told
-                told = until(self.page, 76)
+            reported = until(self.page, 76, 74)
+            if reported[0] == 74:  # the run ended before the answer came
+                trace = reported
+                reported = until(self.page, 76)
             names = ("axis", "every", "u", "v", "columns", "rows", "low", "high", "gone", "points", "volume")
-            at = dict(zip(names, struct.unpack_from("<B5H2dI2d", told, 1)))
-            at["motion"], at["force"] = (struct.unpack_from("<3d", told, 48 + 24 * i) for i in range(2))
-            at["ticks"], at["taken"], size = struct.unpack_from("<IdI", told, 96)
-            spans, at["spans"] = told[112:112 + size], []
+            at = dict(zip(names, struct.unpack_from("<B5H2dI2d", reported, 1)))
+            at["motion"], at["force"] = (struct.unpack_from("<3d", reported, 48 + 24 * i) for i in range(2))
+            at["ticks"], at["taken"], size = struct.unpack_from("<IdI", reported, 96)
+            spans, at["spans"] = reported[112:112 + size], []
             while spans:
                 count = spans[0]
                 at["spans"].append(struct.unpack_from(f"<{2 * count}f", spans, 1))
                 spans = spans[1 + 8 * count:]
-            count = struct.unpack_from("<I", told, 112 + size)[0]
-            at["vanished"] = list(struct.iter_unpack("<3H", told[116 + size:]))
+            count = struct.unpack_from("<I", reported, 112 + size)[0]
+            at["vanished"] = list(struct.iter_unpack("<3H", reported[116 + size:]))
             self.assertEqual(6 * len(at["vanished"]), count)
             return at
 
         self.run_scene(self.SCENE, model="paper", pace=0.25)
         until(self.page, 64)
         self.page.frame(ask)
-        asked = time.time()
+        requested = time.time()
         first = last = answer()
         self.assertEqual((first["axis"], first["every"], first["columns"], first["rows"]), (2, 1, 12, 12))
         # The room around the stock is 2 mm wide, and h is half a millimetre.
@@ -855,13 +862,13 @@ speed = 40
                 self.assertLess(last["force"][0], 0)
             if trace is None:
                 for _ in range(20):
-                    told = self.page.message()
-                    if told[0] == 65:
-                        self.page.frame(bytes([10]) + told[1:5])
-                    if told[0] == 74:
-                        trace = told
+                    reported = self.page.message()
+                    if reported[0] == 65:
+                        self.page.frame(bytes([10]) + reported[1:5])
+                    if reported[0] == 74:
+                        trace = reported
                         break
-        self.assertLess(answers / (time.time() - asked), 31, "no more often than 30 a second")
+        self.assertLess(answers / (time.time() - requested), 31, "no more often than 30 a second")
         size = struct.unpack_from("<I", trace, 1)[0]
         removed = json.loads(trace[5:5 + size])["removed_mm3"]
         self.assertLess(abs(taken * 0.5 ** 3 - removed), 0.04 * removed)
@@ -875,17 +882,17 @@ speed = 40
         until(self.page, 64)
         for centre, radius, every, rays in (((1e12, 0, 0), 1, 1, 0), ((10, 6, 5), 0, 1, 0), ((10, 6, 5), 1e6, 1, 1024), ((10, 6, 5), 2.0, 64, 1)):
             self.page.frame(bytes([31]) + struct.pack("<B3ddB", 0, *centre, radius, every))
-            told = until(self.page, 76)
-            columns, rows = struct.unpack_from("<2H", told, 8)
+            reported = until(self.page, 76)
+            columns, rows = struct.unpack_from("<2H", reported, 8)
             self.assertLessEqual(columns * rows, rays)
-            self.assertLess(len(told), 1024 * (1 + 8 * 16) + 6 * 2048 + 200)
+            self.assertLess(len(reported), 1024 * (1 + 8 * 16) + 6 * 2048 + 200)
         page = greeted(self.studio)
         page.frame(bytes([31]) + struct.pack("<B3ddB", 2, 0, 0, 0, float("nan"), 1))
         self.assertTrue(page.closed())
 
     def test_scenes_that_are_none_or_want_files(self):
         block = "block = [20, 12, 10]"
-        for scene, says in (
+        for scene, expected in (
             ("", b"stock"),
             ("[[[", b"mine:1"),
             (self.SCENE.replace(block, 'mesh = "/etc/passwd"'), b"file"),
@@ -894,10 +901,10 @@ speed = 40
             (self.SCENE.replace("pitch = 0.5", "pitch = 0.001"), b"fine"),
         ):
             self.run_scene(scene)
-            told = until(self.page, 68, 64)
-            self.assertEqual(told[0], 68, scene)
-            self.assertIn(says, told)
-            self.assertNotIn(b"root:", told)
+            reported = until(self.page, 68, 64)
+            self.assertEqual(reported[0], 68, scene)
+            self.assertIn(expected, reported)
+            self.assertNotIn(b"root:", reported)
 
 
 class NoTemporaryFolder(unittest.TestCase):

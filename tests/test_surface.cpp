@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The surface's promise, checked on triangles alone: closed, oriented, two-manifold, nothing
-// degenerate, no two vertices in one place.
+// The surface's guarantees, checked only on triangles: closed, oriented, two-manifold, no
+// degenerate triangles, no two vertices at one position.
 #include <atomic>
 #include <cstring>
 #include <map>
@@ -33,7 +33,7 @@ using test::broken;
 using test::Random;
 using test::volume;
 
-// Whatever nodes one likes, as material.
+// Any set of nodes as material.
 class NodeBits final : public Solid {
  public:
   NodeBits(const Index3& nodes, uint64_t bits) : nodes_(nodes), bits_(bits) {}
@@ -97,7 +97,7 @@ class Bench {
   Snapshot empty_;
 };
 
-// Flipping faces, whichever of those a cell may flip, parts what was one sheet and joins no others.
+// Flipping any faces that a cell may flip splits what was one sheet and joins no others.
 TEST(CellTable, FlippingAFaceNeverMakesAnotherTwice) {
   for (int inside = 0; inside < 256; inside++) {
     const auto mask = static_cast<uint8_t>(inside);
@@ -142,7 +142,7 @@ TEST(Surface, RandomNodesAcrossChunksAreAManifold) {
     model.fill_block({lattice.to_mm(LatticePoint()),
                       lattice.to_mm(LatticePoint{lattice.nodes.matrix().cast<double>()})},
                      0);
-    // Crumbs: a small ball taken out wherever a coin falls.
+    // Crumbs: removes a small ball at random nodes.
     for (int x = 0; x < lattice.nodes[0]; x++)
       for (int y = 0; y < lattice.nodes[1]; y++)
         for (int z = 0; z < lattice.nodes[2]; z++)
@@ -178,7 +178,7 @@ Tool random_tool(Random& random, double size) {
 
 TEST(Surface, RandomCarvesAreManifoldsOfTheModelsVolume) {
   Random random;
-  // KIBORI_CARVES: as many as one has time for.
+  // KIBORI_CARVES: number of rounds.
   const char* wanted = std::getenv("KIBORI_CARVES");
   const int rounds = wanted ? std::atoi(wanted) : std::getenv("KIBORI_SHORT") ? 20 : 300;
   std::vector<double> off;
@@ -210,7 +210,8 @@ TEST(Surface, RandomCarvesAreManifoldsOfTheModelsVolume) {
     off.push_back(std::abs(volume(one) / std::pow(lattice.pitch_mm, 3) - cells) /
                   (5 + 0.5 * static_cast<double>(one.triangles.size())));
   }
-  // In cells, over the surface's area: what the tools left thinner than a cell is lost or filled.
+  // In cells, over the surface's area. Parts that the tools left thinner than a cell are lost or
+  // filled.
   std::sort(off.begin(), off.end());
   std::printf(
       "volume off by, in cells of thickness over the whole surface: median %.4f, worst %.4f\n",
@@ -219,8 +220,7 @@ TEST(Surface, RandomCarvesAreManifoldsOfTheModelsVolume) {
   EXPECT_LT(off.back(), 0.2) << random.note();
 }
 
-// After every edit, however it came about, each chunk of the live surface is what a fresh
-// extraction makes.
+// After every edit of any kind, each chunk of the live surface equals a fresh extraction.
 TEST(Surface, LiveSurfaceFollowsEveryEdit) {
   Random random;
   const int rounds = std::getenv("KIBORI_SHORT") ? 4 : 40;
@@ -276,14 +276,14 @@ TEST(Surface, LiveSurfaceFollowsEveryEdit) {
           }
     }
   }
-  std::printf("%lld of %lld chunks made anew\n", static_cast<long long>(made),
+  std::printf("%lld of %lld chunks rebuilt\n", static_cast<long long>(made),
               static_cast<long long>(all));
   EXPECT_LT(made, all);
 }
 
-// One thread carves and hands out snapshots, another follows them with the surface; nobody waits
+// One thread carves and publishes snapshots, another follows them with the surface. Neither waits
 // for the other.
-TEST(Surface, LiveSurfaceFollowsWhileCarvingGoesOn) {
+TEST(Surface, LiveSurfaceFollowsDuringCarving) {
   Lattice lattice;
   lattice.nodes = Index3(64, 64, 48);
   TriDexel model(lattice);
@@ -365,7 +365,7 @@ TEST(Surface, SameBytesOnEveryVectorUnit) {
   }
 }
 
-// Kernels whose addresses are kept are the best ones even if they are a process's first.
+// Kernels whose addresses are stored are the best ones, even if they are a process's first.
 TEST(Surface, KeepsTheBestKernelsFromTheStart) {
   hwy::ChosenTarget& chosen = hwy::GetChosenTarget();
   chosen.DeInit();
@@ -380,8 +380,8 @@ TEST(Surface, KeepsTheBestKernelsFromTheStart) {
   EXPECT_TRUE(chosen.IsInitialized());
 }
 
-// Ends next to the middle between two nodes, which rounding could put on either side.
-TEST(Surface, ChunksAgreeAboutEndsBesideANode) {
+// Ends near the middle between two nodes, which rounding could put on either side.
+TEST(Surface, ChunksAgreeAboutEndsNextToANode) {
   for (const float middle : {14.5f, 15.5f, 16.5f, 30.5f, 31.5f, 62.5f, 63.5f, 126.5f, 127.5f})
     for (const float end :
          {std::nextafter(middle, 0.0f), middle, std::nextafter(middle, 1000.0f)}) {
@@ -459,16 +459,16 @@ TEST(Surface, KnowsItsTopology) {
   EXPECT_EQ(components, 2);
 }
 
-// What the surface loses: the distance, both ways, between it and the exact solid that was carved.
-// The exact solid knows its own signed distance (exact on faces, a lower bound beside edges) and
-// points on its own surface.
+// Error of the surface: the distance, both ways, between it and the exact solid that was carved.
+// The exact solid has its own signed distance: exact on faces, a lower bound near edges. It also
+// has points on its own surface.
 struct Exact {
   const char* name;
   std::function<void(TriDexel&)> carve;
   std::function<double(const Vec3&)> distance;  // [lattice units], positive outside
   // Anywhere on the surface; may be rejected by distance().
   std::function<Vec3(Random&)> point;
-  double max, rms;  // bounds in cells, with room over what was seen
+  double max, rms;  // bounds in cells, with a margin over the observed values
 };
 TEST(Surface, DistanceToTheExactSolid) {
   Random random;
@@ -537,10 +537,10 @@ TEST(Surface, DistanceToTheExactSolid) {
     // surface.
     double max[2] = {0, 0}, squares[2] = {0, 0};
     int count[2] = {0, 0};
-    const auto take = [&](int way, double distance) {
-      max[way] = std::max(max[way], distance);
-      squares[way] += distance * distance;
-      count[way]++;
+    const auto take = [&](int kind, double distance) {
+      max[kind] = std::max(max[kind], distance);
+      squares[kind] += distance * distance;
+      count[kind]++;
     };
     const auto at = [&](uint32_t v) {
       const auto& p = surface.vertices[v].position;
@@ -564,7 +564,7 @@ TEST(Surface, DistanceToTheExactSolid) {
   }
 }
 
-// A block turned in space, cut out by half-spaces: its edges and corners must come out sharp.
+// A block turned in space, cut out by half-spaces: its edges and corners must be sharp.
 TEST(Surface, ObliqueEdgesStaySharp) {
   Random random;
   double worst = 0;
@@ -599,13 +599,13 @@ TEST(Surface, ObliqueEdgesStaySharp) {
     EXPECT_NEAR(farthest, 9.3 * std::sqrt(3.0), 0.05) << random.note();
   }
   std::printf("oblique box: farthest vertex from the box's faces %.4f cells\n", worst);
-  // A cell that an edge passes, but with ends of one face alone, puts its vertex on that face,
+  // An edge may pass a cell that has ends of one face only. Its vertex is then on that face,
   // somewhat beyond the edge.
   EXPECT_LT(worst, 0.2) << random.note();
 }
 
-// Two planes that meet in a knife edge, cut off by a third: where the edge's faces have ends in a
-// cell and the third has none, the edge's vertex must not go on past it.
+// Two planes that meet in a knife edge, cut off by a third. A cell may have ends of the edge's
+// faces and none of the third. Its vertex must not be beyond the third.
 TEST(Surface, KnifeEdgesEndAtTheFaceThatCutsThemOff) {
   Random random;
   constexpr int kSide = 40;
@@ -652,13 +652,12 @@ TEST(Surface, KnifeEdgesEndAtTheFaceThatCutsThemOff) {
     all_out += out;
     EXPECT_LT(farthest, 1.5) << random.note();
   }
-  // Those that are: the third face has no end in the cells around. Before it was looked for they
+  // The exceptions: the third face has no end in the cells around. Without the search for it they
   // were one in 2200.
   EXPECT_LE(static_cast<double>(all_out), 2e-4 * static_cast<double>(all)) << random.note();
 }
 
-// Where the material changes within a block there is no face: its edges' vertices stay in their
-// cells.
+// A change of material within a block is not a face: its edges' vertices stay in their cells.
 TEST(Surface, BordersOfMaterialsMoveNoVertex) {
   Lattice lattice;
   lattice.nodes = Index3(40, 20, 20);

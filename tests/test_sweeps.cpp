@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Sweeps against dense sampling: the oracle asks an implicit function (tests/every_tool.h), written
-// from the tools' definitions alone, at many poses of the motion.
+// Sweeps against dense sampling. The oracle evaluates an implicit function (tests/every_tool.h),
+// written only from the tools' definitions, at many poses of the motion.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -24,7 +24,7 @@ using test::Random;
 
 using test::inside;
 
-// From tools smaller than three cells of the lattices below to such as reach far beyond them.
+// From tools smaller than three cells of the lattices below to tools that extend far beyond them.
 Tool random_tool(size_t shape, Random& random) {
   return test::random_tool(shape, random, {1, 9, 2, 25});
 }
@@ -98,17 +98,18 @@ TEST_P(Sweep, AgreesWithDenseSampling) {
             p[v_index(ray_axis)] = rays.v0 + j + 0.5;
             p[depth_index(ray_axis)] = t;
             const double depth = depth_of(lattice.to_mm(LatticePoint{p}));
-            const bool says_inside = std::any_of(held.begin(), held.end(), [&](const auto& span) {
+            const bool is_inside = std::any_of(held.begin(), held.end(), [&](const auto& span) {
               return t >= span.first && t < span.second;
             });
             checked++;
-            inside_count += says_inside ? 1 : 0;
-            // What 400 samples can miss of a 12 mm motion is 0.02 mm; float32 is far below that.
+            inside_count += is_inside ? 1 : 0;
+            // With 400 samples of a 12 mm motion the error is at most 0.02 mm; float32 is far below
+            // that.
             if (std::abs(depth) < 0.03) {
               grazing++;
               continue;
             }
-            ASSERT_EQ(says_inside, depth > 0)
+            ASSERT_EQ(is_inside, depth > 0)
                 << kToolShapes[GetParam()] << " trial " << trial << " axis "
                 << static_cast<int>(ray_axis) << " depth " << depth << " t " << t << " [" << lo
                 << ", " << hi << ") motion " << motion.transpose() << " tool axis "
@@ -152,7 +153,7 @@ TEST_P(Sweep, NormalsAreThoseOfTheSurface) {
         if (!((ends.lo[slot / 16] >> (slot % 16)) & 1)) continue;
         for (const bool at_hi : {false, true}) {
           const float t = at_hi ? layer.hi[slot] : layer.lo[slot];
-          // Beyond the lattice a tool may be longer than it is.
+          // Beyond the lattice a tool may be represented as longer than it is.
           if (t < 0 || t > static_cast<float>(lattice.nodes[depth_index(axis)])) continue;
           Vec3 p;
           p[u_index(axis)] = rays.u0 + slot % 16 + 0.5;
@@ -176,15 +177,15 @@ TEST_P(Sweep, NormalsAreThoseOfTheSurface) {
           }
           if (gradient.norm() < 0.16) continue;
           Vec3 expected = -gradient.normalized();
-          // Between the end poses the surface runs along the motion; an edge of the tool sweeps a
-          // face whose normal the finite difference at one pose can't know.
+          // Between the end poses the surface is parallel to the motion. An edge of the tool sweeps
+          // a face whose normal the finite difference at one pose cannot give.
           if (best_s > 0.005 && best_s < 0.995 &&
               std::abs(expected.dot(motion.normalized())) > 0.02)
             continue;
           const Vec3 actual =
               decode_normal(at_hi ? layer.codes.hi[slot] : layer.codes.lo[slot], axis, at_hi);
           checked++;
-          // Within half a degree, but for points so near an edge that the finite difference
+          // Within half a degree, except for points so near an edge that the finite difference
           // straddles it.
           if (actual.dot(expected) < std::cos(0.05)) wrong++;
         }
@@ -195,8 +196,8 @@ TEST_P(Sweep, NormalsAreThoseOfTheSurface) {
   EXPECT_LE(wrong, checked / 30) << random.note();
 }
 
-// Between the end poses of a long motion a ray goes through the lower face of the cone, which the
-// ball covers only in its middle.
+// Between the end poses of a long motion a ray passes through the lower face of the cone. The ball
+// covers only the middle of this face.
 TEST(SweptConvex, AFrustumIsSweptByItsLowerFaceToo) {
   Lattice lattice;
   lattice.pitch_mm = 0.5;
@@ -238,8 +239,8 @@ TEST(SweptConvex, AFrustumIsSweptByItsLowerFaceToo) {
   }
 }
 
-// A ray through the path of a cone's apex ends there, whatever rounding makes of the two
-// silhouettes that are one for it. (Found by a random round: 12 cells short.)
+// A ray through the path of a cone's apex ends there. Rounding must not matter for the two
+// silhouettes that coincide for it. (Found by a random round: 12 cells short.)
 TEST(SweptConvex, ARayThroughTheApexsPathEndsThere) {
   Lattice lattice;
   lattice.pitch_mm = 0.5;
@@ -266,10 +267,10 @@ TEST(SweptConvex, ARayThroughTheApexsPathEndsThere) {
   }
 }
 
-// Rays that pass the apex's path close to its ends and a little beside it: there the two
-// silhouettes are almost one, and each still ends its part. (Found by a random round of the no-go:
-// one cell short.)
-TEST(SweptConvex, RaysBesideTheApexsPathEndWhereDenseSamplingSays) {
+// Rays that pass the apex's path close to its ends, at a small distance. There the two silhouettes
+// almost coincide, and each still ends its part. (Found by a random round of test_no_go: one cell
+// short.)
+TEST(SweptConvex, RaysNearTheApexPathMatchDenseSampling) {
   Lattice lattice;
   lattice.pitch_mm = 1;
   lattice.nodes = Index3(27, 27, 27);
@@ -337,8 +338,10 @@ TEST(SweptConvex, ThinRodsFarFromTheirTipEndOnOneSurface) {
                         : trial % 3 == 1 ? random.in_box(-1, 1)
                                          : random.in_box(-4, 4);
     const SweptTool sweep(Flat{radius, 400}, pose, motion, lattice);
-    // From the rod's side, outwards, in the plane square to its axis.
-    const auto square = [&](const Vec3& way) { return Vec3(way - way.dot(axis) * axis); };
+    // Distance from the rod's side, outwards, in the plane perpendicular to its axis.
+    const auto square = [&](const Vec3& direction) {
+      return Vec3(direction - direction.dot(axis) * axis);
+    };
     const Vec3 moved = square(motion);
     const auto outside = [&](const Vec3& p) {
       const Vec3 from = square(p - pose.tip);
@@ -381,8 +384,8 @@ TEST(SweptConvex, ThinRodsFarFromTheirTipEndOnOneSurface) {
   EXPECT_LT(worst, 2e-4) << random.note();
 }
 
-// A ray along an upright rod, just within the edge of what it sweeps sideways while it sinks, meets
-// both its faces however high it is. (Found by a random mixture: the upper one was lost.)
+// An upright rod moves sideways while it sinks. A ray along it, just within the edge of the sweep,
+// meets both its faces at any height. (Found by a random mixture: the upper one was lost.)
 TEST(SweptConvex, RaysAlongARodAtTheSweepsEdgeMeetBothFaces) {
   Lattice lattice;
   lattice.pitch_mm = 1;
@@ -399,7 +402,7 @@ TEST(SweptConvex, RaysAlongARodAtTheSweepsEdgeMeetBothFaces) {
     const SweptTool sweep(Flat{radius, length}, pose, motion, lattice);
     SpanLayer layer;
     ASSERT_TRUE(sweep.spans({Axis::z, 16, 16}, 0, layer)) << random.note();
-    // The rod stands over the ray from s = middle - half to middle + half.
+    // The rod is over the ray from s = middle - half to middle + half.
     const double half = std::sqrt(within * (2 * radius - within)) / flat,
                  from = std::max(0.0, middle - half), to = std::min(1.0, middle + half);
     const double low = pose.tip.z() + std::min(from * motion.z(), to * motion.z()),
@@ -412,8 +415,8 @@ TEST(SweptConvex, RaysAlongARodAtTheSweepsEdgeMeetBothFaces) {
 INSTANTIATE_TEST_SUITE_P(Tools, Sweep, testing::Range(size_t{0}, kToolShapes.size()),
                          [](const auto& tool) { return std::string(kToolShapes[tool.param]); });
 
-// Motions nearly along the rays: both ends of a ray near the sweep's rim are on the ball's own rim,
-// where rounding is largest, and the interval is nearly as long as the motion.
+// Motions nearly along the rays. Both ends of a ray near the sweep's rim are on the ball's own rim,
+// where rounding is largest. The interval is nearly as long as the motion.
 TEST(SweptBall, PlungesWithALittleDriftLoseNoRay) {
   Random random;
   int long_ones = 0;
@@ -454,7 +457,8 @@ TEST(SweptBall, PlungesWithALittleDriftLoseNoRay) {
   EXPECT_GT(long_ones, 5000);
 }
 
-// Below an upright disc a ray across its axis comes no nearer to it: the search starts there.
+// Below an upright disc, the minimum distance of a ray across its axis is constant: the search
+// starts there.
 TEST(SweptRim, ARayBelowAnUprightDiscIsNotLost) {
   const double pitch = 2.8510495730189698, radius = 24.238947147081539 / pitch,
                corner = 4.3706993656298661 / pitch;
@@ -468,9 +472,9 @@ TEST(SweptRim, ARayBelowAnUprightDiscIsNotLost) {
   EXPECT_NEAR(layer.hi[slot], 227.8854, 1e-3);  // the highest of 2 million poses
 }
 
-// The rim of a bull nose is searched for, not solved. The oracle is the definition, minimised along
-// the ray and the motion by golden sections: a ray that passes deep enough is not lost, and ends
-// are where it says, or, above the disc, in the shank.
+// The rim of a bull nose is found by a search, not solved. The oracle is the definition, minimised
+// along the ray and the motion by golden sections. A ray that passes deep enough is not lost. Ends
+// are where the oracle has them or, above the disc, in the shank.
 TEST(SweptRim, GrazingRaysAreNotLost) {
   Random random;
   const auto min = [](double low, double high, int steps, const auto& of) {
@@ -535,7 +539,7 @@ TEST(SweptRim, GrazingRaysAreNotLost) {
             ASSERT_NEAR(at(end), 0, 2e-3) << random.note();
           }
         }
-        // Where a ray that is passed by comes nearest to the middle.
+        // Where a ray without an interval is nearest to the middle.
         if (!there) {
           double nearest = 0, deepest = -1e9;
           static_cast<void>(min(-100, 120, 34, [&](double t) {
@@ -547,7 +551,7 @@ TEST(SweptRim, GrazingRaysAreNotLost) {
             ASSERT_LT(deepest, 2e-3) << random.note();
           }
         }
-        // What is of the rim alone is within the ends, and nothing else is.
+        // The rim alone is within the ends, and nothing else is.
         for (int sample = 0; sample < 8; sample++) {
           const double t = there && sample % 2
                                ? random.uniform(layer.lo[i], layer.hi[i])
@@ -566,7 +570,7 @@ TEST(SweptRim, GrazingRaysAreNotLost) {
   EXPECT_GT(met, 1000);
 }
 
-// A promise that the start pose is clear changes nothing but the rays it may skip.
+// A promise that the start pose is clear changes only the rays that may be skipped.
 TEST(SweptBall, ClearStartGivesTheSameNewMaterial) {
   Random random;
   for (int trial = 0; trial < 3000; trial++) {
@@ -603,7 +607,7 @@ TEST(SweptBall, ClearStartGivesTheSameNewMaterial) {
   }
 }
 
-// As above, for tools of one quadric and planes: what the start pose does not hold is the same.
+// The same for tools of one quadric and planes: the material outside the start pose is the same.
 TEST(SweptConvex, ClearStartGivesTheSameNewMaterial) {
   Random random;
   int left_out = 0, touching = 0;
@@ -635,7 +639,7 @@ TEST(SweptConvex, ClearStartGivesTheSameNewMaterial) {
       return ((l.rows >> (slot / 16)) & 1) && l.lo[slot] < l.hi[slot];
     };
     left_out += a.rows != 0 && b.rows == 0;
-    // What of an interval is in the lattice and not in the start pose.
+    // The part of an interval that is in the lattice and not in the start pose.
     const auto fresh = [&](const SpanLayer& layer, int slot) {
       if (!filled(layer, slot)) return 0.0f;
       const float lo = std::max(layer.lo[slot], 0.0f), hi = std::min(layer.hi[slot], 100.0f);
@@ -646,7 +650,7 @@ TEST(SweptConvex, ClearStartGivesTheSameNewMaterial) {
     for (int slot = 0; slot < 256; slot++)
       touching += std::abs(fresh(a, slot) - fresh(b, slot)) > 2e-3;
   }
-  // A ray may touch a flat side within rounding: in one pose it is in, in the other out.
+  // A ray may touch a flat side within rounding: in one pose it is inside, in the other outside.
   EXPECT_LE(touching, 2) << random.note();
   EXPECT_GT(left_out, 40);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Planes of symmetry: what is left is its own mirror image, ray for ray; and replays do the same.
+// Planes of symmetry: the result is its own mirror image, ray for ray, and replays do the same.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -29,7 +29,7 @@ TriDexel block() {
   return model;
 }
 
-// A mesh that no turn makes its own image.
+// A mesh that no turn maps to its mirror image.
 Tool lopsided() { return test::usual_tool(test::kMeshShape, {1.7, 6}); }
 
 Tool some_tool(Random& random) {
@@ -49,8 +49,8 @@ std::vector<Piece> pieces(const FieldSnapshot& field, int u, int v) {
   return all;
 }
 
-// How far any end of any ray is from its image in the middle plane normal to `plane` [cells]; rays
-// that a face grazes may have a piece more or less than their images, and are counted.
+// Maximum distance of any ray's end from its image in the middle plane normal to `plane` [cells].
+// Rays that a face grazes may have a piece more or less than their images; they are counted.
 struct Unlike {
   double farthest = 0;
   int64_t odd = 0, rays = 0;
@@ -60,7 +60,7 @@ Unlike compare(const TriDexel& model, int plane) {
   const Snapshot now = model.snapshot();
   for (int axis = 0; axis < 3; axis++) {
     const FieldSnapshot& field = now.field(static_cast<Axis>(axis));
-    // Which of the field's coordinates the plane turns round: its rays, or their u or v.
+    // The field's coordinate that the plane reverses: along its rays, or u or v.
     const int u_axis = (axis + 1) % 3, v_axis = (axis + 2) % 3;
     for (int u = 0; u < field.nodes_u(); u++)
       for (int v = 0; v < field.nodes_v(); v++) {
@@ -95,7 +95,7 @@ TEST(Symmetry, WhatIsLeftIsItsOwnImage) {
     symmetry.centre_mm = centre_of(model.lattice());
     const int planes = random.integer(1, 7);
     for (size_t i = 0; i < 3; i++) symmetry.planes[i] = (planes >> i) & 1;
-    // One after the other: compilers differ in the order of a call's arguments, and a seed shall
+    // One after the other: compilers differ in the evaluation order of arguments, and a seed must
     // repeat.
     const Vec3 tip = random.in_box(0, 20), axis = random.direction();
     DirectTool stroke(model, Pose{tip, frame_from_axis(axis, random.uniform(0, 6))});
@@ -105,11 +105,11 @@ TEST(Symmetry, WhatIsLeftIsItsOwnImage) {
     for (int part = 0; part < 4; part++) {
       const Tool tool = some_tool(random);
       const Mode mode = random.integer(0, 3) == 0 ? Mode::deposit : Mode::cut;
-      const Vec3 way = random.direction();
+      const Vec3 direction = random.direction();
       for (int i = 0; i < 12; i++) {
         const Vec3 turn = i % 3 ? Vec3(Vec3::Zero()) : Vec3(0.05 * random.direction());
-        const auto done =
-            stroke.advance(tool, stroke.pose().tip + 0.7 * way, turn, mode, {}, kMaterials, 1);
+        const auto done = stroke.advance(tool, stroke.pose().tip + 0.7 * direction, turn, mode, {},
+                                         kMaterials, 1);
         ASSERT_TRUE(done.ok()) << done.error();
         removed += done.value().removed_mm3;
       }
@@ -152,8 +152,8 @@ TEST(Symmetry, ForceIsTheHandsOwn) {
   }
 }
 
-// What a mesh cuts and its image, normals and all, are each other's: as surfaces they have the
-// same volume, which a mesh that is inside out has not.
+// A mesh's cut and its image match, including normals. As surfaces they have the same volume, which
+// an inside-out mesh does not have.
 TEST(Symmetry, MeshesAreMirroredRightSideOut) {
   Random random;
   SCOPED_TRACE(random.note());
@@ -193,7 +193,7 @@ TEST(Symmetry, WhatIsNoSymmetryIsRefused) {
   }
 }
 
-// A series tool's stroke with symmetry, kept in a document, is carved again to the same bytes.
+// A series tool's stroke with symmetry, stored in a document, replays to the same bytes.
 TEST(Symmetry, ReplaysAreTheSame) {
   Random random;
   const test::Folder folder;
@@ -213,9 +213,9 @@ TEST(Symmetry, ReplaysAreTheSame) {
   for (int i = 0; i < 200; i++) {
     const Pose hand{start.tip + Vec3(0.02 * i, 0.01 * i, -0.06 * i),
                     rotation(Vec3(0, 0.001 * i, 0))};
-    const auto felt = tool.advance(s.tool, hand, s.mode, s.materials);
-    ASSERT_TRUE(felt.ok()) << felt.error();
-    const ToolTick& f = felt.value();
+    const auto result = tool.advance(s.tool, hand, s.mode, s.materials);
+    ASSERT_TRUE(result.ok()) << result.error();
+    const ToolTick& f = result.value();
     document.value()->add({MoveTick{f.pose.tip, f.motion.turn, f.edited, hand.tip - f.pose.tip}});
     removed += f.removed_mm3;
   }

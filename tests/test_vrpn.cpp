@@ -30,7 +30,7 @@ using std::chrono::milliseconds;
 using test::read_fresh;
 using test::TcpServer;
 
-// Byte by byte, as the protocol's description has it; shares nothing with the driver.
+// Byte by byte from the protocol's description; shares nothing with the driver.
 class VrpnBytes {
  public:
   VrpnBytes& i32(int32_t v) {
@@ -105,7 +105,7 @@ TEST(Vrpn, ReadsPosesAndButtonsAndSendsForceFields) {
   const std::string pose = vrpn_message(7, 4, vrpn_pose({0.01, -0.02, 0.03, 0, 0, half, half}));
   server.send_now(vrpn_message(3, 4, vrpn_pose({9, 9, 9, 0, 0, 0, 1})));  // another sender's
   server.send_now(vrpn_message(7, 5, VrpnBytes().i32(1).i32(1).bytes()));
-  // In pieces, as a network may bring it.
+  // In pieces, as a network may deliver it.
   server.send_now(pose.substr(0, 30));
   std::this_thread::sleep_for(milliseconds(5));
   device.read(reading);
@@ -139,7 +139,7 @@ TEST(Vrpn, ReadsPosesAndButtonsAndSendsForceFields) {
   at += 24;
   EXPECT_NEAR(float_at(got, at + 8), 0.03, 1e-6);  // origin z [m]
   EXPECT_NEAR(float_at(got, at + 20), 2, 1e-6);    // force z [N]
-  // dFz/dz [N/m]: 0.5 N/mm, but 3 N at most within 5 mm.
+  // dFz/dz [N/m]: 0.5 N/mm, but at most 3 N within 5 mm.
   EXPECT_NEAR(float_at(got, at + 24 + 32), -200, 1e-3);
   EXPECT_NEAR(float_at(got, at + 24), 0, 1e-6);  // dFx/dx
   EXPECT_GT(float_at(got, at + 60), 0);          // radius
@@ -181,8 +181,8 @@ TEST(Vrpn, HostileServersAreLeft) {
   }
 }
 
-TEST(Vrpn, SaysWhatIsWrong) {
-  EXPECT_FALSE(VrpnDevice::open({"P", "127.0.0.1", 1}).ok());  // nobody there
+TEST(Vrpn, ReportsErrors) {
+  EXPECT_FALSE(VrpnDevice::open({"P", "127.0.0.1", 1}).ok());  // no server there
   TcpServer other(vrpn_cookie("06.10"));
   const auto old = VrpnDevice::open({"P", "127.0.0.1", other.port()});
   ASSERT_FALSE(old.ok());

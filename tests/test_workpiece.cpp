@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A piece that a script works on: against a document of the same strokes, carved again.
+// A workpiece of a script, against a replayed document of the same strokes.
 #include <gtest/gtest.h>
 
 #include <kibori/run/workpiece.h>
@@ -26,7 +26,7 @@ Pose somewhere(Random& random) {
   return {random.in_box(-2, 30), frame_from_axis(random.direction(), random.uniform(-3, 3))};
 }
 
-// One stroke of any mode; what it took away by its ticks.
+// One stroke of any mode; returns the volume that its ticks removed.
 double stroke(Workpiece& p, Random& random) {
   StrokeSettings s = test::some_settings(random);
   s.material = static_cast<uint8_t>(random.integer(0, 1));
@@ -60,7 +60,7 @@ double stroke(Workpiece& p, Random& random) {
   return removed + last.removed_mm3 - before + ended.value().fallen_mm3;
 }
 
-TEST(Workpiece, IsWhatItsDocumentSays) {
+TEST(Workpiece, MatchesItsDocument) {
   Random random;
   SCOPED_TRACE(random.note());
   for (int round = 0; round < test::rounds_of("KIBORI_WORKPIECES", 3); round++) {
@@ -95,7 +95,7 @@ TEST(Workpiece, IsWhatItsDocumentSays) {
       EXPECT_EQ(now, hashes.at(p->done())) << i;
     }
     const uint64_t hash = p->bodies().content_hash();
-    // Written twice: as it was made, and by way of an opened document.
+    // Written twice: directly, and from an opened document.
     for (const char* name : {"a.kibori", "b.kibori"}) {
       ASSERT_TRUE(p->save(folder / name, false).ok());
       EXPECT_FALSE(p->save(folder / name, false).ok());

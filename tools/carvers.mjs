@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-// Three pieces by a carver's own tools, through the page alone, by strokes of the mouse: a name
-// plate (stamps and a V-gouge), a chip-carved rosette (V-gouge, twelve times around), a spoon
-// (gouges, and two cuts of a saw).
+// Carves three pieces with a carver's tools, through the page alone, by mouse strokes. The name
+// plate uses stamps and a V-gouge. The chip-carved rosette uses a V-gouge, twelve times around. The
+// spoon uses gouges and two saw cuts.
 //
 //     node tools/carvers.mjs KIBORI OUT_FOLDER [plate|chipcarving|spoon ...]
 //
-// Into OUT_FOLDER go NAME.png and NAME.kibori, which `kibori verify` carves again.
+// Writes NAME.png and NAME.kibori to OUT_FOLDER. `kibori verify` carves the documents again.
 import { execFileSync } from "node:child_process";
 import { mkdirSync } from "node:fs";
 import { join } from "node:path";
@@ -14,6 +14,7 @@ import {
   check,
   eventually,
   hover,
+  inPopover,
   kibori,
   pace,
   pictures as out,
@@ -28,14 +29,14 @@ import { Bench } from "./pieces.mjs";
 
 mkdirSync(out, { recursive: true });
 
-/** A bench where tools stand on the wood, and depth counts from it. */
+/** A bench whose tools are normal to the wood. Depth is measured from the wood. */
 async function begin(name, stock) {
   const bench = await Bench.begin(name, stock);
   await bench.page.locator("#axis").selectOption("normal");
   await bench.page.locator("#depth-from").selectOption("began");
   return bench;
 }
-/** A stroke of the mouse through places, which are told from the middle of the piece [mm]. */
+/** A mouse stroke through positions relative to the middle of the piece [mm]. */
 async function stroke(bench, places, { steps = 12, rest = 60 } = {}) {
   const { page } = bench,
     before = await state(page),
@@ -47,21 +48,26 @@ async function stroke(bench, places, { steps = 12, rest = 60 } = {}) {
   await page.mouse.up();
   await steady(page, JSON.stringify, 10);
   await until(page, "a hash", (s) => !/^0*$/.test(s.hash));
-  // One that meets no wood is none.
+  // A stroke that meets no wood makes no step.
   if (Number((await state(page)).step) === Number(before.step)) return;
   await whole(page);
   bench.strokes++;
 }
-const guide = (bench, what, snap = "90") =>
-  bench.page
-    .locator("#guide")
-    .selectOption(what)
-    .then(() => what === "line" && bench.page.locator("#snap").selectOption(snap));
+async function guide({ page }, what, snap = "90") {
+  await inPopover(page, "#guide", (one) => one.selectOption(what));
+  if (what === "line") await inPopover(page, "#snap", (one) => one.selectOption(snap));
+}
+async function around({ page }, fold) {
+  await inPopover(page, "#fold", async (one) => {
+    await one.fill(String(fold));
+    await one.press("Enter");
+  });
+}
 const depth = (bench, mm) => bench.type("depth", mm);
 async function pick(bench, tool, radius, form) {
   await bench.choose({ tool, radius, angle: form });
 }
-/** Letters of a stamp; the studio makes them. */
+/** Chooses a stamp of letters and waits until the studio has made it. */
 async function letters(bench, text, font, size, every = 0) {
   const { page } = bench,
     made = () => page.evaluate(() => window.kibori.stampsMade());
@@ -69,7 +75,7 @@ async function letters(bench, text, font, size, every = 0) {
   await page.locator("#stamp-text").fill(text);
   await page.locator("#stamp-font").selectOption(font);
   await page.locator("#every").fill(String(every));
-  // What was asked for in several parts is made more than once.
+  // Each changed control requests the stamp again. Wait for the last one.
   await eventually("the stamp is made", async () => {
     const before = await made();
     await reports(page, 15);
@@ -77,7 +83,7 @@ async function letters(bench, text, font, size, every = 0) {
     return before > 0 && (await made()) === before;
   });
 }
-/** A saw along a line, which is closed where its last place is its first; the larger part is waste. */
+/** Saws along a line, which is closed if it ends where it began. Removes the larger part. */
 async function saw(bench, line) {
   const { page } = bench,
     seen = line.map((place) => bench.onScreen(place));
@@ -98,7 +104,7 @@ async function saw(bench, line) {
   await whole(page);
   const count = await page.locator("#body-list li").count();
   check(`two bodies, not ${count}`, count === 2);
-  // It is worked on still.
+  // The larger part is still the active body.
   await page.locator("#bodies-box summary").click();
   await page.locator("#body-remove").click();
   await until(page, "it is gone", (s) => Number(s.step) > Number(cut.step), 60);
@@ -106,19 +112,19 @@ async function saw(bench, line) {
   await whole(page);
 }
 async function done(bench, keys, light) {
-  await bench.stand(keys);
+  await bench.setView(keys);
   await bench.light(...light);
   await bench.picture();
   await bench.export("kibori", `${bench.name}.kibori`);
-  const told = execFileSync(kibori, ["verify", join(out, `${bench.name}.kibori`)], {
+  const output = execFileSync(kibori, ["verify", join(out, `${bench.name}.kibori`)], {
     encoding: "utf8",
   });
-  check(`${bench.name} is carved again`, /all is as it was written/.test(told));
+  check(`${bench.name} is carved again`, /steps, .*no differences/.test(output));
   console.log(`${bench.name}: ${bench.strokes} strokes`);
   await bench.end();
 }
 
-// ---- A name plate
+// ---- Name plate
 
 async function plate() {
   const bench = await begin("plate", { stock: 0, wood: "limewood", long: 100, detail: 512 });
@@ -136,7 +142,7 @@ async function plate() {
     [-35, -12, top],
     [35.5, -11, top],
   ]);
-  // The border: over the corners, so that they meet.
+  // The border. The strokes pass over the corners, so that they meet.
   await pick(bench, "V-gouge", 4, 90);
   await depth(bench, 1.5);
   const [x, y] = [44, 25];
@@ -163,7 +169,7 @@ async function plate() {
       [...to, top],
     ]);
   await guide(bench, "none");
-  // Off the block, 10 mm thick.
+  // Saw it off the block, 10 mm thick.
   await bench.look([0, -1, 0]);
   await saw(bench, [
     [-56, -31, top - 10],
@@ -172,30 +178,28 @@ async function plate() {
   await done(bench, ["+", "ArrowUp", "ArrowUp", "ArrowUp", "ArrowUp"], [-0.5, 0.45]);
 }
 
-// ---- A rosette
+// ---- Rosette
 
 async function chipcarving() {
   const bench = await begin("chipcarving", { stock: 0, wood: "limewood", long: 100, detail: 512 });
   const { page } = bench,
     top = 100 * (15 / 80);
   await bench.look([0, 0, 1]);
-  await page.locator("#fold").fill("12");
-  await page.locator("#fold").press("Enter");
-  await page.locator("#fold-axis").selectOption("2");
+  await around(bench, 12);
+  await inPopover(page, "#fold-axis", (one) => one.selectOption("2"));
   const at = (r, degrees) => {
     const a = (degrees * Math.PI) / 180;
     return [r * Math.cos(a), r * Math.sin(a), top];
   };
-  // Leaves, and between them shorter ones.
+  // Leaves, with shorter ones between them.
   await pick(bench, "V-gouge", 6, 90);
   await depth(bench, 2.6);
   await stroke(bench, [at(3.5, 0), at(22, 0)]);
   await pick(bench, "V-gouge", 4, 90);
   await depth(bench, 1.4);
   await stroke(bench, [at(13, 15), at(24.5, 15)]);
-  await page.locator("#fold").fill("1");
-  await page.locator("#fold").press("Enter");
-  // A border of a veiner, around the middle.
+  await around(bench, 1);
+  // A border around the middle, cut with a veiner.
   await guide(bench, "circle");
   await pick(bench, "Gouge", 1, 10);
   await depth(bench, 1);
@@ -205,10 +209,10 @@ async function chipcarving() {
   await done(bench, ["+", "ArrowUp", "ArrowUp", "ArrowUp", "ArrowUp"], [-0.5, 0.45]);
 }
 
-// ---- A spoon
+// ---- Spoon
 
 const BOWL = { x: -32, wide: 23, high: 15.5 };
-/** Half as high as the spoon is at x, seen from above. */
+/** Half the spoon's height at x, seen from above. */
 function halfWidth(x) {
   const bowl = (x - BOWL.x) / BOWL.wide,
     inBowl = Math.abs(bowl) < 1 ? BOWL.high * Math.sqrt(1 - bowl * bowl) : 0,
@@ -223,7 +227,7 @@ async function spoon() {
   const { page } = bench,
     top = 120 * (15 / 80);
   await bench.look([0, 0, 1]);
-  // The hollow: along the bowl, deeper from pass to pass; a gouge goes in and comes out by itself.
+  // The hollow, along the bowl, deeper with each pass. The gouge goes in and out by itself.
   await bench.setPlane([50, 30, top]);
   await bench.type("strength", 500);
   for (const [deep, share, radius, sweep] of [
@@ -247,14 +251,14 @@ async function spoon() {
     }
   }
   await page.locator("#depth-from").selectOption("began");
-  // Out of the block by a saw: what is seen from above, then from the front.
+  // Saw it out of the block by two outlines: from above, then from the front.
   const outline = [];
   for (let x = -54.9; x <= 50; x += 0.8) outline.push([x, halfWidth(x), top]);
   for (let x = 50; x >= -54.9; x -= 0.8) outline.push([x, -halfWidth(x), top]);
   await saw(bench, [...outline, outline[0]]);
   await bench.look([0, -1, 0]);
   const under = (x) => {
-      // Of the bowl 11 mm, of the handle 5; between, a sweep.
+      // The bowl is 11 mm high and the handle 5 mm, with a curve between them.
       const bowl = Math.max(0, 1 - ((x - BOWL.x) / (BOWL.wide + 3)) ** 2) ** 0.5;
       return top - Math.max(4.5 + (x > 0 ? x / 50 : 0), 11.5 * bowl);
     },

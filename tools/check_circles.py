@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Checks that the page's sources (web/src) import each other in no circle: neither files nor folders.
-Prints one line per circle, and exits with 1.
+"""Checks that the page's sources (web/src) have no circular imports, neither between files nor
+between folders. Prints a circle of files and a circle of folders, if there are any, and exits
+with 1.
 
 Usage: check_circles.py
 """
@@ -20,7 +21,8 @@ def imports(file):
 
 
 def circle(graph):
-    """The nodes of one circle of a graph, {node: set of nodes}, the first again at the end; or an empty list."""
+    """The nodes of one circle of a graph, {node: set of nodes}, with the first one repeated at the
+    end. Empty if there is none."""
     done, path = set(), []
 
     def visit(node):
@@ -44,5 +46,5 @@ for file in ROOT.rglob("*.ts"):
     folders.setdefault(name.parent, set()).update(other.parent for other in files[name] if other.parent != name.parent)
 found = [c for c in (circle(files), circle(folders)) if c]
 for nodes in found:
-    print("web/src: imports go in a circle: " + " -> ".join(map(str, nodes)))
+    print("web/src: circular imports: " + " -> ".join(map(str, nodes)) + "; remove one of them")
 sys.exit(1 if found else 0)

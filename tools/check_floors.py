@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Checks that every module uses only lower floors (docs/architecture.md): by what it includes, and, given a build
-folder, by what its object files need from others. One line per breach, exit 1.
+"""Checks that every module uses only lower floors (docs/architecture.md). It checks the includes
+and, given a build folder, the symbols that object files need. It also checks that all JSON goes
+through kibori/base/json.h, which limits its depth. Prints one line per violation and exits with 1.
 
 Usage: check_floors.py [BUILD_DIR]
 """
@@ -22,12 +23,13 @@ FLOORS = [
     {"document"},
     {"live"},
     {"scene"},
+    {"mill"},
     {"run"},
     {"report"},
 ]
 FLOOR_OF = {module: floor for floor, modules in enumerate(FLOORS) for module in modules}
-# Modules of the library kibori_tools, which kibori must not need.
-TOOLS = {"measure", "picture", "report", "run", "scene"}
+# Modules of the library kibori_tools. The library kibori must not need them.
+TOOLS = {"measure", "mill", "picture", "report", "run", "scene"}
 UMBRELLA = "kibori.h"
 
 
@@ -53,37 +55,48 @@ def by_includes(root):
                 yield f"{path}:{number}: {module} (floor {FLOOR_OF[module]}) includes {found.group(1)} (floor {FLOOR_OF.get(found.group(1))})"
 
 
-def source_of(path):
-    """The source of an object file, relative to kibori/."""
+def by_parsers(root):
+    for path in sorted(file for folder in ("kibori", "apps", "python") for file in root.glob(f"{folder}/**/*.*")):
+        if path.suffix not in (".h", ".cpp") or path == root / "kibori/base/json.cpp":
+            continue
+        for number, line in enumerate(path.read_text().splitlines(), 1):
+            if re.search(r"[Jj]son::(parse|from_|sax_parse)|nlohmann::\w+::parse", line):
+                yield f"{path}:{number}: parses JSON; use parse_json of kibori/base/json.h"
+
+
+def module_of(path):
+    """The module of an object file: of one source, or of several sources of a folder (cmake/unite.cmake)."""
     folder = next(i for i, part in enumerate(path.parts) if part.endswith(".dir"))
-    return pathlib.Path(*path.parts[folder + 1 :]).with_suffix("")
+    first = path.parts[folder + 1]
+    return path.name.removeprefix("unity_").split("_")[0] if first == "Unity" else first
 
 
 def symbols(objects, what):
     for path in objects:
         for line in subprocess.run(("nm", "--demangle", what, path), capture_output=True, text=True, check=True).stdout.splitlines():
-            # What is weak (inline functions, templates) is wherever it is used.
+            # Skip weak symbols (inline functions, templates). Every user defines them.
             found = re.match(r"\s*[0-9a-f]*\s+([UTDBR]) (.*)", line)
             if found and "kibori::" in found.group(2):
                 yield path, found.group(2)
 
 
 def by_links(root, build):
-    objects = [o for o in sorted(build.glob("kibori/CMakeFiles/kibori*.dir/**/*.o")) if (root / "kibori" / source_of(o)).exists()]
+    rules = (build / "build.ninja").read_text()
+    objects = [o for o in sorted(build.glob("kibori/CMakeFiles/kibori*.dir/**/*.o")) if f"{o.relative_to(build)}:" in rules]
     if not objects:
         yield f"{build}: has no object files; build it first"
-    home = {symbol: source_of(path).parts[0] for path, symbol in symbols(objects, "--defined-only")}
-    told = set()
+    home = {symbol: module_of(path) for path, symbol in symbols(objects, "--defined-only")}
+    reported = set()
     for path, symbol in symbols(objects, "--undefined-only"):
-        module, other = source_of(path).parts[0], home.get(symbol)
-        if other and not allowed(module, other) and (path, symbol) not in told:
-            told.add((path, symbol))
+        module, other = module_of(path), home.get(symbol)
+        if other and not allowed(module, other) and (path, symbol) not in reported:
+            reported.add((path, symbol))
             yield f"{path.name}: {module} needs {symbol} of {other}"
 
 
 if __name__ == "__main__":
     root = pathlib.Path(__file__).resolve().parent.parent
-    found = list(by_includes(root))
+    found = list(by_includes(root)) + list(by_parsers(root))
     if len(sys.argv) > 1:
         found += by_links(root, pathlib.Path(sys.argv[1]))
     print("\n".join(found) if found else "floors hold")

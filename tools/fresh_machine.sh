@@ -1,20 +1,22 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# Proves that ./dev works on a machine that has nothing: makes a bare Debian 12 root with mmdebstrap, copies it for each
-# step, clones this repository's HEAD into the copy and runs the step in it. Needs root, and this host's network.
+# Proves that ./dev works on a bare machine. It makes a bare Debian 12 root with mmdebstrap and
+# copies it for each step. It clones this repository's HEAD into the copy and runs the step there.
+# Needs root and this host's network.
 #
 #   run      ./dev run until the studio prints its address and answers there
 #   bench    ./dev bench all --quick
 #   package  ./dev package
 #   test     ./dev test
 #
-# Usage: fresh_machine.sh [--root DIR] [--steps run,bench,package,test] [--again] [--keep] [--command COMMAND]
+# Usage: fresh_machine.sh [--root DIR] [--steps run,bench,package,test] [--again] [--keep]
+# [--command COMMAND]
 #   --root DIR     roots, logs and stamps (default /var/tmp/kibori-fresh)
 #   --steps LIST   these steps only
-#   --again        also steps that passed for this commit before; those are skipped else
-#   --keep         do not remove the root of a step that passed (some GB each)
-#   --command C    the shell command C in a fresh root instead of the steps
-# Settings of apt, npm and certificates, and proxies, are those of the host. Exit status 1: a step failed.
+#   --again        repeat steps that passed for this commit; otherwise they are skipped
+#   --keep         keep the root of a step that passed (some GB each)
+#   --command C    run the shell command C in a fresh root instead of the steps
+# Settings of apt, npm, certificates and proxies come from the host. Exit status 1: a step failed.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -37,11 +39,11 @@ for step in ${steps//,/ }; do
   case "$step" in run | bench | package | test | command) ;; *) die "no step '$step'; there are run, bench, package, test" ;; esac
 done
 
-# Variables that programs read their proxies and certificates from.
+# Variables from which programs read their proxies and certificates.
 settings=(http_proxy https_proxy no_proxy all_proxy HTTP_PROXY HTTPS_PROXY NO_PROXY ALL_PROXY SSL_CERT_FILE SSL_CERT_DIR
   CURL_CA_BUNDLE REQUESTS_CA_BUNDLE NODE_EXTRA_CA_CERTS PIP_CERT PIP_INDEX_URL npm_config_registry npm_config_cafile)
 
-copy_into() { # root path ...: those that exist, to the same place
+copy_into() { # root path ...: copies existing paths to the same place
   local root=$1 path
   shift
   for path in "$@"; do
@@ -59,12 +61,12 @@ host_settings() { # root
     [ ! -r "$npmrc" ] || copy_into "$root" "$(sed -nE 's/^cafile *= *"?([^"]*)"?$/\1/p' "$npmrc" | head -n 1)"
   done
   for name in "${settings[@]}"; do
-    [ ! -f "${!name:-}" ] || copy_into "$root" "${!name}"  # a file of certificates
+    [ ! -f "${!name:-}" ] || copy_into "$root" "${!name}"  # a certificate file
   done
   for file in /etc/apt/auth.conf /etc/apt/auth.conf.d/*; do copy_into "$root" "$file"; done
 }
 
-# Runs a command in a root with mounts and processes of its own: all are gone when it ends, however it ends.
+# Runs a command in a root with its own mounts and processes. All of them end with the command.
 inside() { # root command
   local environment=(HOME=/root PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin LANG=C.UTF-8 TERM=dumb) name
   for name in "${settings[@]}"; do
@@ -81,7 +83,7 @@ inside() { # root command
     exec chroot "$root" /usr/bin/env -i "$@" /bin/bash -c "$command"' inside "$1" "$2" "${environment[@]}"
 }
 
-# The bare root: apt, its sources, certificates, nothing to build with.
+# The bare root: apt, its sources and certificates, and no build tools.
 base() {
   [ ! -e "$folder/base.done" ] || return 0
   command -v mmdebstrap >/dev/null || {
@@ -105,7 +107,7 @@ base() {
   touch "$folder/base.done"
 }
 
-# Until the studio has printed its address and its page has come from there.
+# Waits until the studio has printed its address and has sent its page from there.
 until_address() { # root
   inside "$1" 'cd /root/kibori && exec ./dev run' &
   local studio=$! address status=1

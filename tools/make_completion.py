@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Prints the completion of the kibori command for bash, by what its own help says.
+"""Prints the bash completion of the kibori command, from its own help.
 
 Usage: make_completion.py KIBORI
 """

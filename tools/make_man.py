@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Writes man pages of the kibori command and its subcommands, by help2man of what their own help says.
+"""Writes man pages of the kibori command and its subcommands, with help2man from their own help.
 
 Usage: make_man.py KIBORI FOLDER
 """
@@ -17,7 +17,7 @@ def main():
     pages = [("kibori", [], "carve virtual solids by hand and feel them")]
     pages += [(f"kibori-{name}", [name], about.rstrip()[0].lower() + about.rstrip()[1:]) for name, about in commands]
     for page, command, about in pages:
-        wrapper = folder / f"{page}.sh"  # help2man asks a program of one word
+        wrapper = folder / f"{page}.sh"  # help2man needs a program without arguments
         wrapper.write_text(
             f'#!/bin/sh\n[ "$1" = --version ] && exec "{program}" --version\nexec "{program}" {" ".join(command)} --help\n')
         wrapper.chmod(0o755)

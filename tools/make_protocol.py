@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Writes the studio's messages for C++, TypeScript and people from protocol/messages.json.
-With --check writes nothing, and exits 1 where what is there is not what would be written."""
+"""Writes the studio's messages for C++, TypeScript and people from protocol/messages.json. With
+--check it writes nothing, and exits with 1 if a file is out of date."""
 import json
 import pathlib
 import sys
@@ -13,7 +13,7 @@ ZERO = {"u8": " = 0", "u16": " = 0", "u32": " = 0", "f64": " = 0", "vec3": " = V
         "model": " = ForceModel::series", "tool": ""}
 TS = {"u8": "number", "u16": "number", "u32": "number", "f64": "number", "vec3": "Vec3", "text": "string", "bytes": "Uint8Array",
       "mode": "Mode", "model": "Model", "tool": "Tool | null"}
-CALL = {"bytes": "raw"}  # Writer's and Reader's own bytes are called so
+CALL = {"bytes": "raw"}  # the bytes methods of Writer and Reader have this name
 MADE = "Made by tools/make_protocol.py from protocol/messages.json: change that."
 
 
@@ -45,11 +45,11 @@ def in_range(name, kind, between):
         return f"{name}.minCoeff() >= {low} && {name}.maxCoeff() <= {high}"
     if kind in ("text", "bytes", "tool"):
         name = f"{name}.size()"
-    # What has no sign is not compared with 0.
+    # Do not compare an unsigned number with 0.
     return f"{name} <= {high}" if low == "0" and kind != "f64" else f"{name} >= {low} && {name} <= {high}"
 
 
-def said(name, kind, *between):
+def declaration(name, kind, *between):
     return f"{name} {kind}" + (f" {between[0][0]:g}…{between[0][1]:g}" if between else "")
 
 
@@ -92,7 +92,7 @@ def people(table):
     out = ["# The studio's protocol\n", f"{MADE}\n", f"Version {table['version']}. {table['about']}\n",
            "| kind | name | from | fields | |", "|---|---|---|---|---|"]
     for m in table["messages"]:
-        fields = ", ".join(said(*field) for field in m["fields"])
+        fields = ", ".join(declaration(*field) for field in m["fields"])
         out.append(f"| {m['kind']} | `{m['name']}` | {m['from']} | {fields} | {m['about']} |")
     return "\n".join(out) + "\n"
 

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Makes a wheel of a built Python module: with every shared library it needs but libc's, whose licences go in too.
+"""Makes a wheel of a built Python module. It contains all needed shared libraries except libc's,
+and their licences.
 
-Debian has no auditwheel, so the libraries are found by ldd and told where they lie by patchelf.
+Debian has no auditwheel. So ldd finds the libraries, and patchelf sets their paths.
 
 Usage: make_wheel.py BUILD_DIR OUT_DIR
 """
@@ -19,7 +20,7 @@ import sysconfig
 import tempfile
 import zipfile
 
-# What every Linux of the same or a newer libc has.
+# Libraries of every Linux with the same or a newer libc.
 LIBC = re.compile(r"(ld-linux.*|lib(c|m|dl|rt|pthread|util|resolv))\.so.*")
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 LAUNCHER = '''#!python
@@ -34,14 +35,14 @@ os.execv(program, [program, *sys.argv[1:]])
 '''
 
 
-def said(*command):
+def output_of(*command):
     return subprocess.run(list(map(str, command)), capture_output=True, text=True, check=True).stdout
 
 
 def libraries(binary):
-    """Paths of the shared libraries that a binary loads, by name."""
+    """The paths of the shared libraries that a binary loads, by name."""
     found = {}
-    for line in said("ldd", binary).splitlines():
+    for line in output_of("ldd", binary).splitlines():
         named = re.match(r"\s*(\S+) => (\S+)", line)
         if not named:
             continue
@@ -54,7 +55,7 @@ def libraries(binary):
 
 
 def copyright_of(library):
-    """The Debian package that a library is of, and its licence's file."""
+    """The Debian package of a library, and its licence file."""
     for path in (library, pathlib.Path(str(library).replace("/usr/lib", "/lib", 1))):
         owner = subprocess.run(["dpkg", "-S", str(path)], capture_output=True, text=True)
         if owner.returncode == 0:
@@ -94,8 +95,8 @@ def main():
         for binary in [*binaries, *libs.iterdir()]:
             depth = len(binary.relative_to(top).parts) - 1
             where = "$ORIGIN" if binary.parent == libs else "$ORIGIN/" + "../" * depth + "kibori.libs"
-            said("strip", "--strip-unneeded", binary)
-            said("patchelf", "--set-rpath", where, binary)
+            output_of("strip", "--strip-unneeded", binary)
+            output_of("patchelf", "--set-rpath", where, binary)
         scripts = top / f"kibori-{version}.data/scripts"
         scripts.mkdir(parents=True)
         (scripts / "kibori").write_text(LAUNCHER)

@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: MIT
-// Three pieces carved through the page alone, by the strokes of a pen: a bowl, a relief with
-// letters, an owl.
+// Carves three pieces through the page alone, by pen strokes: a bowl, a relief with letters, an
+// owl.
 //
 //     node tools/pieces.mjs KIBORI OUT_FOLDER [bowl|relief|figure ...]
 //
-// Each shape is a signed distance; the ball comes down along the line of sight until it touches it.
-// From the place where it stops follow the point of the window and the pressure of the pen: depth
-// counts from a plane that was set, the tool points along the view, and the view is orthographic,
-// so that a pen can say any place exactly.
-// Into OUT_FOLDER go NAME.png, NAME.kibori, NAME.stl and NAME-forces.csv, and figure-page.png of
-// the whole page. It fails where a piece is not one body. The pictures of docs/: pngquant --force
-// --speed 1 --output docs/NAME.png 256 NAME.png
+// Each shape is a signed distance. The ball moves down along the line of sight until it touches the
+// shape. Its position gives the point of the window and the pen's pressure. Depth is measured from
+// a set plane, the tool points along the view, and the view is orthographic. So a pen can reach any
+// position exactly.
+//
+// Writes NAME.png, NAME.kibori, NAME.stl and NAME-forces.csv to OUT_FOLDER, and figure-page.png of
+// the whole page. It fails if a piece is not one body. The pictures of docs/ are made by: pngquant
+// --force --speed 1 --output docs/NAME.png 256 NAME.png
 import { execFileSync } from "node:child_process";
 import { mkdirSync, readFileSync } from "node:fs";
 import { join } from "node:path";
@@ -38,7 +39,7 @@ import {
 
 const SIZE = { width: 1280, height: 800 };
 const SPEED = 300; // of a pen [mm/s]
-const AT_ONCE = 400; // events on their way to the browser
+const AT_ONCE = 400; // max number of pending events to the browser
 const PICTURE = { width: 1200, height: 800 };
 
 // ---- Vectors
@@ -55,26 +56,26 @@ const length = (a) => Math.hypot(...a);
 const unit = (a) => a.map((x) => x / length(a));
 const clamp = (x, low, high) => Math.min(high, Math.max(low, x));
 const mix = (a, b, t) => a + t * (b - a);
-/** The smaller or the larger, rounded where they are nearly the same. */
+/** The minimum or maximum, rounded where both are almost equal. */
 const smoothMin = (a, b, k) => {
   const h = Math.max(k - Math.abs(a - b), 0) / k;
   return Math.min(a, b) - (h * h * k) / 4;
 };
 const smoothMax = (a, b, k) => -smoothMin(-a, -b, k);
 
-// ---- The studio, as a person uses it
+// ---- The studio, as a user operates it
 
 export class Bench {
   clock = 0;
   events = 0;
   strokes = 0;
 
-  /** A new piece in the middle of an empty page. `stock`: 0 block, 1 log, 2 ball. */
+  /** Begins a new piece. `stock`: 0 block, 1 log, 2 ball. */
   static async begin(name, { stock, wood, long, detail }) {
     const bench = new Bench();
     bench.name = name;
     bench.studio = await Studio.start();
-    process.on("exit", () => bench.studio.process.kill()); // whatever goes wrong
+    process.on("exit", () => bench.studio.process.kill()); // also after an error
     const page = (bench.page = await open(SIZE, { acceptDownloads: true }));
     await enter(page, bench.studio.url);
     await started(page);
@@ -94,7 +95,7 @@ export class Bench {
     return bench;
   }
 
-  /** Looks from there: each of the three is -1, 0 or 1, as on the cube. */
+  /** Looks from a direction of the view cube. Each component is -1, 0 or 1. */
   async look(from) {
     const { page } = this;
     await page.evaluate(() => window.kibori.still(false));
@@ -106,10 +107,10 @@ export class Bench {
       ["Front", "Back"],
       ["Bottom", "Top"],
     ];
-    const said = [2, 1, 0]
+    const line = [2, 1, 0]
       .map((i) => (from[i] === 0 ? "" : names[i][from[i] > 0 ? 1 : 0]))
       .filter((word) => word);
-    const title = `${said.join(" ")} view`;
+    const title = `${line.join(" ")} view`;
     await page.evaluate(
       (wanted) => document.querySelector(`#cube button[title="${wanted}"]`).click(),
       title,
@@ -123,7 +124,7 @@ export class Bench {
     await eventually(`the cube turns to '${title}'`, turned);
     await drawn(page);
     await turned();
-    // Nothing is drawn while it is carved: it would only take time.
+    // Do not draw while carving. It would only take time.
     await page.evaluate(() => window.kibori.still(true));
     const places = [
       [0, 0, 0],
@@ -138,11 +139,11 @@ export class Bench {
     this.onto = seen.map((one, i) =>
       i === 0 ? [one.x, one.y] : [(one.x - seen[0].x) / 10, (one.y - seen[0].y) / 10],
     );
-    // Across and up in the view.
+    // The view's directions to the right and up.
     this.across = unit(cross(Math.abs(this.axis[2]) > 0.99 ? [0, 1, 0] : [0, 0, 1], this.axis));
     this.up = cross(this.axis, this.across);
   }
-  /** Where the window shows a place, which is told from the middle of the piece. */
+  /** Where the window shows a position relative to the middle of the piece. */
   onScreen([x, y, z]) {
     const [o, a, b, c] = this.onto;
     return { x: o[0] + x * a[0] + y * b[0] + z * c[0], y: o[1] + x * a[1] + y * b[1] + z * c[1] };
@@ -162,7 +163,7 @@ export class Bench {
     check(`${id} is ${value}, not ${now}`, Math.abs(now - value) < 0.006);
   }
 
-  /** Depth counts from the wood that is seen at a place. */
+  /** Measures depth from the visible wood at a position. */
   async setPlane(place) {
     const { page } = this,
       { x, y } = this.onScreen(place);
@@ -179,7 +180,7 @@ export class Bench {
     check("the plane faces who looks", dot(this.plane.normal, this.axis) > 0.2);
   }
 
-  /** Strokes of the pen, each a list of tips from the middle of the piece. */
+  /** Pen strokes. Each is a list of tips relative to the middle of the piece. */
   async carve(strokes) {
     const { page, plane } = this;
     const deep = (tip) => dot(minus(plane.point, tip), plane.normal) / dot(this.axis, plane.normal);
@@ -188,7 +189,7 @@ export class Bench {
     const depth = Math.ceil(5.1 * deepest) / 10;
     await this.type("depth", depth);
     await page.locator("#view").focus();
-    await page.keyboard.down("b"); // a stroke may begin beside the wood
+    await page.keyboard.down("b"); // a stroke may begin outside the wood
     const before = await state(page);
     const waiting = [];
     const send = (type, tip, buttons) => {
@@ -213,12 +214,12 @@ export class Bench {
       this.clock = Math.max(this.clock + 0.05, Date.now() / 1000);
       send("mousePressed", stroke[0], 1);
       for (let i = 1; i < stroke.length; i++) {
-        const way = minus(stroke[i], stroke[i - 1]),
-          far = length(way),
+        const direction = minus(stroke[i], stroke[i - 1]),
+          far = length(direction),
           parts = Math.max(1, Math.ceil(far / (0.08 * SPEED)));
         for (let k = 1; k <= parts; k++) {
           this.clock += Math.max(0.001, far / parts / SPEED);
-          send("mouseMoved", add(stroke[i - 1], way, k / parts), 1);
+          send("mouseMoved", add(stroke[i - 1], direction, k / parts), 1);
         }
         if (waiting.length >= AT_ONCE) await Promise.all(waiting.splice(0));
       }
@@ -227,7 +228,7 @@ export class Bench {
       this.strokes++;
     }
     await page.keyboard.up("b");
-    // Once the last is a step, the tool rests.
+    // When the last stroke is a step, the tool rests.
     await until(
       page,
       "a step; was anything cut?",
@@ -244,8 +245,8 @@ export class Bench {
     await page.evaluate(() => window.kibori.still(false));
     await drawn(page);
   }
-  /** Turns the camera by arrow keys, from where one looks first, in perspective. */
-  async stand(keys) {
+  /** Turns the camera by arrow keys, from the initial perspective view. */
+  async setView(keys) {
     const { page } = this;
     await page.evaluate(() => window.kibori.still(false));
     await page.locator("#view").focus();
@@ -258,7 +259,7 @@ export class Bench {
     }
     await this.settled();
   }
-  /** The light from there, as the little ball shows it: -1 ... 1 to the right and up. */
+  /** Sets the light by its widget, -1 to 1 to the right and up. */
   async light(right, up) {
     const { page } = this;
     await page.locator("#look-box summary").click();
@@ -268,7 +269,9 @@ export class Bench {
     await page.mouse.move(SIZE.width / 3, 20);
     await this.settled();
   }
-  /** The whole page, with a stroke just being made along some places; it is undone. */
+  /**
+   * Takes a picture of the whole page during a stroke along some positions. Then undoes the stroke.
+   */
   async pictureOfPage(places, depth) {
     const { page } = this,
       { hash, step } = await state(page);
@@ -317,7 +320,7 @@ export class Bench {
     await this.download(() => page.locator("#exporting button.main").click(), name);
   }
 
-  /** The forces of the last ten minutes. */
+  /** Saves the forces of the last ten minutes. */
   async forces(of = this.name) {
     const { page, name } = this,
       file = `${of}-forces.csv`;
@@ -329,13 +332,13 @@ export class Bench {
       .filter((f) => f > 0.01)
       .sort((a, b) => a - b);
     const share = (p) => (sizes[Math.floor(p * (sizes.length - 1))] ?? 0).toFixed(1);
-    const said = `median ${share(0.5)}, 95 % ${share(0.95)}, most ${share(1)} N`;
-    console.log(`${name}: forces in ${file}, of ${sizes.length} ticks that cut: ${said}`);
+    const line = `median ${share(0.5)}, 95 % ${share(0.95)}, most ${share(1)} N`;
+    console.log(`${name}: forces in ${file}, of ${sizes.length} ticks that cut: ${line}`);
   }
 
   /**
-   * What was made, against what was meant: one body, its volume, and how far its surface is from
-   * the shape.
+   * Compares the result with the intended shape: one body, its volume, and its surface's distance
+   * from the shape.
    */
   async judge(meant, distance) {
     const { page, name } = this,
@@ -353,7 +356,7 @@ export class Bench {
         `surface off by ${[0, 0.01, 0.05, 0.5, 0.95, 0.99, 1].map(at).join(", ")} mm (least, 1 %, 5 %, median, 95 %, 99 %, most)`,
     );
     console.log(`${name}: ${this.strokes} strokes of ${this.events} events`);
-    // Undo and redo lead to the same bytes.
+    // Undo and redo restore the same bytes.
     const { hash } = await state(page);
     await page.locator("#view").focus();
     await page.keyboard.press("Control+z");
@@ -368,7 +371,7 @@ export class Bench {
   }
 }
 
-/** How many triangles each body has, and some of the vertices. */
+/** The number of triangles of each body, and some of the vertices. */
 function readStl(path) {
   const bytes = readFileSync(path),
     count = bytes.readUInt32LE(80),
@@ -400,7 +403,7 @@ function readStl(path) {
   return { bodies: [...bodies.values()].sort((a, b) => b - a), vertices };
 }
 
-/** By points equally far apart: of a shape within half sizes. */
+/** The volume of a shape by equally spaced samples within half sizes. */
 function volumeOf(distance, half, step) {
   let sum = 0;
   for (let x = -half[0] + step / 2; x < half[0]; x += step)
@@ -412,21 +415,21 @@ function volumeOf(distance, half, step) {
 
 // ---- Paths
 
-/** Without the points that lie within a tolerance of the straight way between those that stay. */
+/** Removes points within a tolerance of the segments between the remaining ones. */
 function simplified(path, tolerance) {
   const keep = new Uint8Array(path.length),
     ranges = [[0, path.length - 1]];
   keep[0] = keep[path.length - 1] = 1;
   while (ranges.length > 0) {
     const [from, to] = ranges.pop(),
-      way = minus(path[to], path[from]),
-      long = dot(way, way) || 1e-12;
-    let most = tolerance,
+      direction = minus(path[to], path[from]),
+      long = dot(direction, direction) || 1e-12;
+    let largest = tolerance,
       at = -1;
     for (let i = from + 1; i < to; i++) {
       const off = minus(path[i], path[from]),
-        away = length(add(off, way, -clamp(dot(off, way) / long, 0, 1)));
-      if (away > most) [most, at] = [away, i];
+        away = length(add(off, direction, -clamp(dot(off, direction) / long, 0, 1)));
+      if (away > largest) [largest, at] = [away, i];
     }
     if (at < 0) continue;
     keep[at] = 1;
@@ -436,8 +439,8 @@ function simplified(path, tolerance) {
 }
 
 /**
- * How far along the view, from the plane through the middle, a ball's tip comes down there; `floor`
- * at the lowest.
+ * The height along the view, from the plane through the middle, where a descending ball touches the
+ * shape. It is at least `floor`.
  */
 function drop(bench, distance, radius, place, { allowance = 0, from, floor }) {
   const { axis } = bench,
@@ -452,8 +455,8 @@ function drop(bench, distance, radius, place, { allowance = 0, from, floor }) {
 }
 
 /**
- * To and fro over a rectangle of the view, `wide` by `high` about a place; rows `apart`. `layer`:
- * no deeper at a time, rows without work are left out. Each layer is one stroke.
+ * A zigzag path over a rectangle of the view, `wide` by `high` about a position, with rows `apart`.
+ * `layer` is the max depth of one pass; rows without work are left out. Each layer is one stroke.
  */
 function raster(bench, distance, how) {
   const {
@@ -504,7 +507,8 @@ function raster(bench, distance, how) {
 }
 
 /**
- * Round the axis of the view, from outside in; rings as far apart along the surface. One stroke.
+ * A spiral about the axis of the view, from outside in. The rings are equally spaced along the
+ * surface. One stroke.
  */
 function spiral(
   bench,
@@ -524,7 +528,7 @@ function spiral(
   while (r > inner) {
     path.push(last);
     const turn = Math.min(0.3, along / Math.max(r, 0.2));
-    // Half a step inwards says how steep it is.
+    // Measure the slope half a step inwards.
     const here = dot(at(r, angle), axis),
       next = dot(at(Math.max(inner, r - apart / 2), angle), axis);
     slope = mix(slope, clamp(Math.abs(next - here) / (apart / 2), 0, 8), 0.1);
@@ -535,11 +539,11 @@ function spiral(
   return [simplified(path, tolerance)];
 }
 
-// ---- A bowl
+// ---- Bowl
 
 /**
- * The distance to a closed line in the plane, negative within; and where on it is the nearest
- * place.
+ * The distance to a closed line in the plane, negative inside, and the position of the nearest
+ * point on it.
  */
 function polygon(points) {
   return (x, y) => {
@@ -566,7 +570,7 @@ function polygon(points) {
 const FLUTES = 18,
   FLUTE = 1.1;
 function bowlShape() {
-  // The profile, beside the axis: foot, outside, lip, inside.
+  // The profile as radius and height: foot, outside, lip, inside.
   const foot = [
       [0, -13.6],
       [7.2, -13.6],
@@ -585,7 +589,7 @@ function bowlShape() {
   for (let i = 1; i < 8; i++)
     lip.push([22.6 + 1.2 * Math.cos((i * Math.PI) / 8), 14.2 + 0.75 * Math.sin((i * Math.PI) / 8)]);
   const plain = polygon([...foot, ...outside.slice(1), ...lip, ...inside.reverse()]);
-  // A quarter turn of the profiles, by height; in the middle of both is within the wood.
+  // A quarter turn of the profiles, by height. The mean of both is inside the wood.
   const turned = (share) => Math.sin(Math.acos(1 - clamp(share, 0, 1)));
   const between = (high) => {
     const outer = 10.4 + 13.4 * turned(Math.max(0, (high + 12.9) / 27.1) ** (1 / 0.92)) ** 0.95;
@@ -594,8 +598,7 @@ function bowlShape() {
   return ([x, y, z]) => {
     const [base, r, high] = plain(Math.hypot(x, y), z);
     if (base > 9) return base - FLUTE;
-    // Flutes like those of a gouge, a little twisted, which run out below the lip and above the
-    // foot.
+    // Flutes like those of a gouge, slightly twisted. They fade below the lip and above the foot.
     const turn = (Math.atan2(y, x) / (2 * Math.PI)) * FLUTES + 0.022 * (high + 15),
       part = 2 * (turn - Math.round(turn));
     const end = Math.max(0, (high - 5.5) / 5, (-8.4 - high) / 3.2),
@@ -608,10 +611,10 @@ async function bowl() {
   const bench = await Bench.begin("bowl", { stock: 0, wood: "oak", long: 80, detail: 512 }),
     shape = bowlShape(),
     lap = timer();
-  // Inside, from above: what lies beside it, below the lip, stays for now.
-  const beside = ([x, y, z]) =>
+  // Inside, from above. Material outside the opening and below the lip stays for now.
+  const neighbour = ([x, y, z]) =>
     Math.hypot(Math.max(0, 23 - Math.hypot(x, y)), Math.max(0, z - 13.6));
-  const hollow = (place) => Math.min(shape(place), beside(place));
+  const hollow = (place) => Math.min(shape(place), neighbour(place));
   await bench.look([0, 0, 1]);
   await bench.setPlane([30, 0, 15]);
   await bench.choose({ radius: 5 });
@@ -656,7 +659,7 @@ async function bowl() {
     spiral(bench, shape, { ...room, outer: 27, apart: 0.35, along: 0.3, radius: 2 }),
   );
   lap("outside, fine");
-  await bench.stand(["+", "+", "+", "ArrowDown"]);
+  await bench.setView(["+", "+", "+", "ArrowDown"]);
   await bench.light(-0.42, 0.4);
   await bench.picture();
   await bench.judge(volumeOf(shape, [25, 25, 15], 0.2), shape);
@@ -670,14 +673,11 @@ const timer = () => {
     from = Date.now();
   };
 };
-// ---- A relief
+// ---- Relief
 
 const GRID = 0.05; // of the drawing [mm]
 const PANEL = { wide: 80, high: 50, top: 15, ground: 12.4, back: 1 };
-/**
- * Leaves of the twig: where they begin, which way they point [degrees], how long and broad they
- * are.
- */
+/** The twig's leaves: where they begin, their direction [degrees], their length and width. */
 const LEAVES = [];
 const stemAt = (t) => [mix(-29, 22.5, t), 6.2 + 4.5 * Math.sin(2.6 * t - 0.5)];
 for (let i = 0; i < 5; i++) {
@@ -689,8 +689,7 @@ for (let i = 0; i < 5; i++) {
 LEAVES.push({ from: stemAt(0.985), turn: -8, long: 11, broad: 5 });
 
 /**
- * What is drawn black on white in the browser, as signed distances [mm] on the grid: negative
- * within.
+ * Draws black on white in the browser. Returns signed distances [mm] on the grid, negative inside.
  */
 async function drawing(page, { word, leaves, frame }) {
   const text = await page.evaluate(
@@ -743,10 +742,10 @@ async function drawing(page, { word, leaves, frame }) {
       const data = c.getImageData(0, 0, canvas.width, canvas.height).data,
         bytes = new Uint8Array(data.length / 4);
       for (let i = 0; i < bytes.length; i++) bytes[i] = data[4 * i] < 128 ? 1 : 0;
-      let said = "";
+      let line = "";
       for (let i = 0; i < bytes.length; i += 8192)
-        said += String.fromCharCode(...bytes.subarray(i, i + 8192));
-      return btoa(said);
+        line += String.fromCharCode(...bytes.subarray(i, i + 8192));
+      return btoa(line);
     },
     [
       PANEL,
@@ -774,7 +773,7 @@ async function drawing(page, { word, leaves, frame }) {
     (d, i) => GRID * (d > 0 ? Math.sqrt(d) - 0.5 : 0.5 - Math.sqrt(within[i])),
   );
 }
-/** To the nearest zero, by Felzenszwalb's parabolas: along columns, then rows. */
+/** Distances to the nearest zero by Felzenszwalb's parabolas: along columns, then rows. */
 function squaredDistances(f, w, h) {
   const line = (n, at) => {
     const v = new Int32Array(n),
@@ -801,7 +800,7 @@ function squaredDistances(f, w, h) {
   for (let y = 0; y < h; y++) line(w, (i) => y * w + i);
   return f;
 }
-/** On the drawing's grid, between its points. */
+/** Interpolates on the drawing's grid. */
 function reading(field) {
   const w = PANEL.wide / GRID,
     h = PANEL.high / GRID;
@@ -819,7 +818,7 @@ function reading(field) {
     );
   };
 }
-/** The lines where it has a value, by marching squares: closed, or to the rim of the panel. */
+/** The contour lines of a value, by marching squares: closed, or to the rim of the panel. */
 function contours(value, level, step = 0.1) {
   const w = Math.round(PANEL.wide / step),
     h = Math.round(PANEL.high / step),
@@ -827,9 +826,9 @@ function contours(value, level, step = 0.1) {
   const place = (i, k) => [i * step - PANEL.wide / 2, k * step - PANEL.high / 2];
   for (let k = 0; k <= h; k++)
     for (let i = 0; i <= w; i++) f[k * (w + 1) + i] = value(...place(i, k)) - level || 1e-9;
-  // An edge is named by its first node and its way.
+  // An edge has the name of its first node and its direction.
   const from = new Map();
-  const cut = (i, k, way) => 2 * (k * (w + 1) + i) + way;
+  const cut = (i, k, direction) => 2 * (k * (w + 1) + i) + direction;
   for (let k = 0; k < h; k++)
     for (let i = 0; i < w; i++) {
       const corners = [
@@ -850,15 +849,15 @@ function contours(value, level, step = 0.1) {
       enter.forEach((one, n) => from.set(one, leave[n]));
     }
   const point = (edge) => {
-    const way = edge & 1,
+    const direction = edge & 1,
       node = edge >> 1,
       i = node % (w + 1),
       k = Math.floor(node / (w + 1));
     const a = f[node],
-      b = f[node + (way ? w + 1 : 1)],
+      b = f[node + (direction ? w + 1 : 1)],
       t = a / (a - b),
       [x, y] = place(i, k);
-    return way ? [x, y + t * step] : [x + t * step, y];
+    return direction ? [x, y + t * step] : [x + t * step, y];
   };
   const lines = [],
     to = new Set(from.values());
@@ -897,7 +896,7 @@ async function relief() {
       ),
     );
   lap("drawn");
-  // The back comes off: a panel, no block.
+  // Remove the back, so that the block becomes a panel.
   await bench.look([0, 0, -1]);
   await bench.setPlane([0, 0, -15]);
   await bench.choose({ tool: "End mill", radius: 8 });
@@ -914,7 +913,7 @@ async function relief() {
     }),
   );
   lap("back");
-  // The ground, round what stands out of it: an end mill leaves it flat.
+  // The ground around the raised parts. An end mill leaves it flat.
   await bench.look([0, 0, 1]);
   await bench.setPlane([38, 0, 15]);
   await bench.choose({ tool: "End mill", radius: 2 });
@@ -928,7 +927,7 @@ async function relief() {
   await bench.choose({ tool: "End mill", radius: 0.6 });
   await bench.carve(rings(0.6, 0.6, 0.3, 3.4));
   lap("ground, fine");
-  // Leaves are the higher the farther from their edge, and a groove is their middle.
+  // Leaves rise with the distance from their edge. A groove marks their middle.
   const veins = LEAVES.map(({ from: [x, y], turn, long }) => {
     const angle = (turn * Math.PI) / 180;
     return [
@@ -947,19 +946,19 @@ async function relief() {
   };
   const RADIUS = 1.2;
   const over = (x, y) => {
-    let most = ground;
+    let largest = ground;
     for (let i = 0; i < 7; i++)
       for (let k = 0; k < 16; k++) {
         const r = (RADIUS * (i + (k % 2) / 2)) / 6.6,
           a = (k * Math.PI) / 8;
-        most = Math.max(
-          most,
+        largest = Math.max(
+          largest,
           high(x + r * Math.cos(a), y + r * Math.sin(a)) +
             Math.sqrt(Math.max(0, RADIUS ** 2 - r * r)) -
             RADIUS,
         );
       }
-    return most;
+    return largest;
   };
   await bench.choose({ radius: RADIUS });
   const domes = [],
@@ -987,7 +986,7 @@ async function relief() {
   );
   await bench.carve(grooves);
   lap("veins");
-  // Edges of letters and frame, inside and out.
+  // Edges of letters and frame, inside and outside.
   await bench.choose({ tool: "V cutter", radius: 2, angle: 90 });
   await bench.carve(flat(contours(hard, 0.03), top - 0.32));
   const rim = [
@@ -1000,13 +999,13 @@ async function relief() {
   ].map(([x, y]) => [1.0005 * x, 1.0005 * y, top - 1.1]);
   await bench.carve([rim]);
   lap("edges");
-  await bench.stand(["+", "+", "ArrowUp", "ArrowUp", "ArrowUp", "ArrowLeft", "ArrowLeft"]);
+  await bench.setView(["+", "+", "ArrowUp", "ArrowUp", "ArrowUp", "ArrowLeft", "ArrowLeft"]);
   await bench.light(-0.5, 0.55);
   await bench.picture();
   let meant = 0;
   for (let x = -39.95; x < 40; x += 0.1)
     for (let y = -24.95; y < 25; y += 0.1) meant += 0.01 * (high(x, y) + back);
-  const beside = ([x, y, z]) =>
+  const neighbour = ([x, y, z]) =>
     Math.min(
       Math.abs(z - high(x, y)),
       Math.abs(any(x, y)),
@@ -1014,11 +1013,11 @@ async function relief() {
       40 - Math.abs(x),
       25 - Math.abs(y),
     );
-  await bench.judge(meant, beside);
+  await bench.judge(meant, neighbour);
   await bench.end();
 }
 
-// ---- An owl
+// ---- Owl
 
 const ellipsoid = (p, c, r) => {
   const q = [(p[0] - c[0]) / r[0], (p[1] - c[1]) / r[1], (p[2] - c[2]) / r[2]],
@@ -1028,12 +1027,12 @@ const ellipsoid = (p, c, r) => {
 };
 /** A cone between two balls. */
 const cone = (p, a, b, ra, rb) => {
-  const way = minus(b, a),
+  const direction = minus(b, a),
     off = minus(p, a),
-    t = clamp(dot(off, way) / dot(way, way), 0, 1);
-  return length(add(off, way, -t)) - mix(ra, rb, t);
+    t = clamp(dot(off, direction) / dot(direction, direction), 0, 1);
+  return length(add(off, direction, -t)) - mix(ra, rb, t);
 };
-/** Feathers like tiles on a roof, each over the one below it: how much they stand out, 0 ... 1. */
+/** Feathers like roof tiles, each over the one below. Returns their height, 0 to 1. */
 function feathers(u, v, wide, high, reach) {
   const row = Math.floor(v / high);
   for (let k = row + 2; k >= row - 1; k--) {
@@ -1049,27 +1048,27 @@ const smoothstep = (low, high, x) => {
   const t = clamp((x - low) / (high - low), 0, 1);
   return t * t * (3 - 2 * t);
 };
-/** Left and right are alike; the face looks to the front, -y. */
+/** Left and right are symmetric. The face looks to the front, -y. */
 function owlShape([px, y, z]) {
   const x = Math.abs(px),
     p = [x, y, z];
-  // On what is left of the log.
+  // The rest of the log below the owl.
   const plinth = z + 33.5 + 0.02 * (x * x + y * y) * 0.1;
   const body = ellipsoid(p, [0, 0.5, -12], [14.6, 13.2, 25]),
     head = ellipsoid(p, [0, -0.8, 18.5], [14.2, 12.4, 12.2]);
   if (Math.min(body, head) > 20) return Math.min(plinth, Math.min(body, head) - 10);
   let d = smoothMin(body, head, 7);
-  // Ears, and the brows that lead from the beak to them.
+  // Ears, and the brows from the beak to the ears.
   d = smoothMin(d, cone(p, [8, -2.5, 25], [12.6, -4, 36.2], 4.2, 0.9), 4);
   d = smoothMin(d, cone(p, [1.2, -13.6, 18.6], [10.6, -7.6, 29], 1.3, 1.9), 2.4);
-  // Dishes of the face, eyes in them, the beak.
+  // The dishes of the face with eyes, and the beak.
   d = smoothMax(d, 8.6 - length(minus(p, [6.4, -19.6, 17.6])), 0.9);
   const face = Math.hypot(x - 6.2, z - 17.6);
   if (y < 0) d -= 0.45 * Math.exp(-(((face - 6.7) / 0.75) ** 2)) * smoothstep(2, -6, y);
   d = smoothMin(d, length(minus(p, [5.9, -10.0, 17.9])) - 3.5, 0.35);
   d = smoothMax(d, 1.7 - length(minus(p, [5.7, -14.1, 18.1])), 0.25);
   d = smoothMin(d, cone(p, [0, -13.2, 17.4], [0, -15.2, 11.2], 2.1, 0.75), 0.7);
-  // Wings, folded along the sides; their tips cross the tail.
+  // Wings, folded along the sides. Their tips cross the tail.
   const q = [x, y * 0.966 + z * 0.259 + 1.6, z * 0.966 - y * 0.259];
   const wing = ellipsoid(q, [12.1, 1.2, -9.5], [4.6, 9.6, 20.5]);
   const tail = smoothMax(cone(p, [0, 10, -14], [0, 15, -33], 5.2, 5.6), Math.abs(px) - 5.4, 1);
@@ -1093,7 +1092,7 @@ function owlShape([px, y, z]) {
     const rib = 0.5 - 0.5 * Math.cos((2 * Math.PI * px) / 3.6);
     d += 0.5 * rib * smoothstep(-15, -19, z) * smoothstep(10, 13, y);
   }
-  // No slits at the foot that no tool gets into; toes hold on to the wood.
+  // Avoid slits at the foot that no tool reaches. The toes grip the wood.
   d = smoothMin(d, plinth, 4.5);
   for (const aside of [-2.9, 0, 2.9])
     d = smoothMin(
@@ -1126,7 +1125,7 @@ async function figure() {
       [-1, 1, 0],
       [1, 1, 0],
     ];
-  // From above first: there the end of the log says where depth counts from.
+  // Begin from above, where the end of the log sets the plane for depth.
   await bench.look([0, 0, 1]);
   await bench.setPlane([0, 0, 40]);
   for (const [radius, apart, allowance, layer] of [
@@ -1148,7 +1147,7 @@ async function figure() {
     lap(`from above with ${radius} mm`);
   }
   await bench.forces("figure-above");
-  // Then what is left of the log at the foot, on every side.
+  // Then the rest of the log at the foot, on every side.
   const face = async ([x, y, z]) => {
     await bench.look([x, y, z]);
     const angle = Math.atan2(y, x) + 0.04;
@@ -1188,8 +1187,8 @@ async function figure() {
     );
     lap(`fine, from ${view}`);
   }
-  // Round the foot, where larger balls had no room: in layers, as a ball that goes deep leaves what
-  // is in front of it.
+  // Around the foot, where larger balls had no room. Use layers, because a deep ball leaves
+  // material in front of it.
   for (const view of [...sides, ...diagonals]) {
     await face(view);
     const room = { ...all, about: [0, 0, -31.4], high: 4.8, floor: 2, layer: 1.5 };
@@ -1198,7 +1197,7 @@ async function figure() {
     );
   }
   lap("the foot");
-  await bench.stand(["+", "ArrowDown", "ArrowDown"]);
+  await bench.setView(["+", "ArrowDown", "ArrowDown"]);
   await bench.light(-0.42, 0.4);
   await bench.picture();
   const groove = Array.from({ length: 30 }, (_, i) => {
@@ -1215,6 +1214,6 @@ async function figure() {
 mkdirSync(out, { recursive: true });
 const wanted = process.argv.slice(4),
   all = [bowl, relief, figure];
-// Others carve on its bench (carvers.mjs).
+// carvers.mjs uses this bench too.
 if (process.argv[1] === fileURLToPath(import.meta.url))
   await run(all.filter((piece) => wanted.length === 0 || wanted.includes(piece.name)));

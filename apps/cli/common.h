@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: MIT
-// What the commands share.
+// Helpers that all commands use: exit status, validators, progress, --publish, writing text.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <string>
 #include <vector>
 
+#include <sched.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -17,7 +19,7 @@
 
 inline constexpr int kBadInput = 2;
 
-// CLI11's own takes nan for positive.
+// CLI11's own check accepts nan as positive.
 inline const CLI::Validator kPositive(
     [](std::string& text) {
       char* end = nullptr;
@@ -33,16 +35,24 @@ inline int bad_input(const std::string& what) {
   return kBadInput;
 }
 
-// --publish, of what is carved in real time.
+// Adds the option --publish of commands that carve in real time.
 inline void add_publish(CLI::App& command, std::vector<std::string>& where) {
   command
-      .add_option("--publish", where,
-                  "give every tick to whoever reads while it is made: over WebSocket at HOST:PORT "
-                  "(127.0.0.1:7070: this machine alone may), and as ROS 2's topics by dds or "
-                  "dds:DOMAIN")
+      .add_option(
+          "--publish", where,
+          "publish every tick while carving: HOST:PORT over WebSocket (127.0.0.1:7070: only "
+          "this machine may read), dds or dds:DOMAIN as ROS 2 topics")
       ->type_name("HOST:PORT|dds")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+}
+
+// Default of --threads: all cores that this process may use. Results do not depend on it.
+inline int all_cores() {
+  cpu_set_t cores;
+  CPU_ZERO(&cores);
+  if (sched_getaffinity(0, sizeof cores, &cores) != 0) return 1;
+  return std::clamp(CPU_COUNT(&cores), 1, 256);
 }
 
 inline int written() {

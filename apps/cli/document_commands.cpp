@@ -22,9 +22,9 @@ using namespace kibori;
 
 namespace {
 
-void tell_missing(const Document& document) {
-  if (!document.missing().empty())
-    std::fprintf(stderr, "kibori: warning: %s\n", document.missing().c_str());
+void print_notes(const Document& document) {
+  for (const std::string& note : document_notes(document))
+    std::fprintf(stderr, "kibori: warning: %s\n", note.c_str());
 }
 
 }  // namespace
@@ -42,9 +42,7 @@ void DocumentCommands::add_file(CLI::App& command) {
 }
 
 void DocumentCommands::add_to(CLI::App& command) {
-  command
-      .add_option("--to", to_,
-                  "a version's name or a step's number; by default where the document stands")
+  command.add_option("--to", to_, "a version's name or a step's number; default: the current step")
       ->type_name("VERSION|STEP");
 }
 
@@ -56,26 +54,29 @@ void DocumentCommands::add_threads(CLI::App& command) {
 }
 
 void DocumentCommands::add_replay(CLI::App& app) {
-  replay_ = app.add_subcommand(
-      "replay", "Carve what a document holds again, bit for bit, or finer, or felt otherwise");
+  replay_ = app.add_subcommand("replay",
+                               "Carve a document's strokes again: bit for bit, at another pitch, "
+                               "or with another force model");
   add_file(*replay_);
   add_to(*replay_);
   replay_->add_option("--pitch", pitch_, "carve the same strokes at another pitch")
       ->type_name("MM")
       ->check(kPositive);
-  replay_->add_option("--model", model_, "feel the same motion by another force model")
+  replay_
+      ->add_option("--model", model_,
+                   "compute the forces of the same motion by another force model")
       ->check(CLI::IsMember({"paper", "energy"}));
-  replay_->add_option("--dof", dof_, "of --model")
+  replay_->add_option("--dof", dof_, "degrees of freedom of --model")
       ->check(CLI::IsMember({5, 6}))
       ->capture_default_str();
   replay_->add_option("--forces", forces_, "write force and moment of every tick as CSV")
       ->type_name("FILE.csv");
   replay_->add_option("--plot", plot_, "draw force and moment over time")->type_name("FILE.svg");
-  replay_->add_option("--mesh", mesh_, "write the surface of what is left")
+  replay_->add_option("--mesh", mesh_, "write the surface of the remaining material")
       ->type_name("FILE" + list_of(kMeshesWritten, "|"));
   replay_->add_flag("--json", json_, "summary as JSON on standard output");
   add_threads(*replay_);
-  replay_->footer("Exit status: 0 the same model as recorded, 1 another one, 2 bad input.");
+  replay_->footer("Exit status: 0 the model is the recorded one, 1 it differs, 2 bad input.");
 }
 
 void DocumentCommands::add_verify(CLI::App& app) {
@@ -84,8 +85,7 @@ void DocumentCommands::add_verify(CLI::App& app) {
       "Check everything in a document: its structure, tiles, and every stroke carved again");
   add_file(*verify_);
   verify_->footer(
-      "Exit status: 0 all is as it was written, 1 something is not (a line each says what and "
-      "where), 2 bad "
+      "Exit status: 0 no differences, 1 differences (one line each says what and where), 2 bad "
       "input.");
 }
 
@@ -96,39 +96,39 @@ void DocumentCommands::add_history(CLI::App& app) {
   history_->add_option("--at", at_, "with --name: a version's name or a step's number")
       ->type_name("VERSION|STEP")
       ->needs("--name");
-  history_->add_option("--copy", copy_, "write all of it, packed, into a new document")
+  history_->add_option("--copy", copy_, "write the whole history, packed, into a new document")
       ->type_name("FILE.kibori");
   history_
-      ->add_option(
-          "--salvage", salvage_,
-          "of a damaged document: carve what is whole, up to where it stands, again as a new one")
+      ->add_option("--salvage", salvage_,
+                   "carve the undamaged steps of a damaged document again, into a new document")
       ->type_name("FILE.kibori");
   history_->add_flag("--json", json_, "as JSON");
 }
 
 void DocumentCommands::add_bodies(CLI::App& app) {
   bodies_ =
-      app.add_subcommand("bodies", "List the bodies of a document: volume, bounds, closedness");
+      app.add_subcommand("bodies", "List the bodies of a document: volume, bounds, closed or not");
   add_file(*bodies_);
   add_to(*bodies_);
-  bodies_->add_option("--export", mesh_, "write them as one file, each as an object of its own")
+  bodies_
+      ->add_option("--export", mesh_,
+                   "write the bodies to one file; 3MF, GLB and OBJ keep each as an object")
       ->type_name("FILE" + list_of(kMeshesWritten, "|"));
-  bodies_->add_option("--body", body_, "only the body of that name, or number")
+  bodies_->add_option("--body", body_, "only the body with this name or number")
       ->type_name("NAME|NUMBER");
   add_threads(*bodies_);
   bodies_->add_flag("--json", json_, "as JSON: a list, an object for each body");
   bodies_
-      ->add_option(
-          "--act", act_,
-          "first do this with them, as a new step: JSON as 'kibori history --json' has it, "
-          "such as '{\"verb\":\"mirror\",\"bodies\":[1],\"cutter\":{\"point_mm\":[0,0,0],"
-          "\"normal\":[1,0,0]}}'")
+      ->add_option("--act", act_,
+                   "first apply this action as a new step: JSON as in 'kibori history --json', "
+                   "such as '{\"verb\":\"mirror\",\"bodies\":[1],\"cutter\":{\"point_mm\":[0,0,0],"
+                   "\"normal\":[1,0,0]}}'")
       ->type_name("JSON")
       ->excludes("--to");
   bodies_
       ->add_option(
           "--revise", revise_,
-          "with --act: in place of what that step did; what followed is done again after it")
+          "with --act: replace the action of this step; the later steps are repeated after it")
       ->type_name("VERSION|STEP")
       ->needs("--act");
 }
@@ -138,11 +138,11 @@ void DocumentCommands::add_export(CLI::App& app) {
                                "Write every tick of a document for research: poses of hand and "
                                "tool, forces, removed volume");
   add_file(*export_);
-  export_->add_option("--csv", csv_, "text; its first line says what it is of, as JSON")
+  export_->add_option("--csv", csv_, "text; its first line describes the source as JSON")
       ->type_name("FILE.csv");
-  export_->add_option("--mcap", mcap_, "messages in JSON, as Foxglove and @mcap/core read them")
+  export_->add_option("--mcap", mcap_, "JSON messages for Foxglove and @mcap/core")
       ->type_name("FILE.mcap");
-  export_->add_option("--hdf5", hdf5_, "tables, as h5py reads them")->type_name("FILE.h5");
+  export_->add_option("--hdf5", hdf5_, "tables for h5py and other readers")->type_name("FILE.h5");
   add_to(*export_);
   export_->footer("docs/recordings.md has the columns. Exit status: 0 written, 2 bad input.");
 }
@@ -162,10 +162,10 @@ int DocumentCommands::run_export() const {
   outputs.writes("--hdf5", hdf5_);
   if (const Status can = outputs.check(); !can) return bad_input(can.error());
   if (csv_.empty() && mcap_.empty() && hdf5_.empty())
-    return bad_input("say what is to be written: --csv, --mcap or --hdf5");
+    return bad_input("export: nothing to write; give --csv, --mcap or --hdf5");
   Result<std::unique_ptr<Document>> document = Document::open(file_, Document::Access::read);
   if (!document) return bad_input(document.error());
-  tell_missing(*document.value());
+  print_notes(*document.value());
   StepId to = document.value()->head();
   if (!to_.empty()) {
     const Result<StepId> found = document.value()->find(to_);
@@ -193,7 +193,7 @@ int DocumentCommands::run_replay() const {
     if (const Status known = check_surface_ending(mesh_); !known) return bad_input(known.error());
   Result<std::unique_ptr<Document>> document = Document::open(file_, Document::Access::read);
   if (!document) return bad_input(document.error());
-  tell_missing(*document.value());
+  print_notes(*document.value());
   ReplayOptions options;
   options.to = to_;
   if (pitch_ > 0) options.pitch_mm = pitch_;
@@ -226,10 +226,10 @@ int DocumentCommands::run_replay() const {
   const CarveSummary& summary = replay.carving.summary;
   std::fputs((json_ ? summary_json(summary) : summary_text(summary)).c_str(), stdout);
   if (replay.differs != 0) {
-    std::fprintf(
-        stderr,
-        "kibori: %s: step %lld carved again is not what was recorded; 'kibori verify' says more\n",
-        file_.c_str(), static_cast<long long>(replay.differs));
+    std::fprintf(stderr,
+                 "kibori: %s: step %lld differs from the recorded model when it is carved again; "
+                 "run 'kibori verify' for details\n",
+                 file_.c_str(), static_cast<long long>(replay.differs));
     return 1;
   }
   return written();
@@ -247,14 +247,14 @@ int DocumentCommands::run_bodies() const {
   Result<std::unique_ptr<Document>> opened = Document::open(file_, Document::Access::read);
   if (!opened) return bad_input(opened.error());
   const Document& document = *opened.value();
-  tell_missing(document);
+  print_notes(document);
   StepId at = document.head();
   if (!to_.empty()) {
     const Result<StepId> found = document.find(to_);
     if (!found) return bad_input(found.error());
     at = found.value();
   }
-  Result<Bodies> bodies = document.load_bodies(at);
+  Result<BodyList> bodies = document.load_bodies(at);
   if (!bodies) return bad_input(bodies.error());
   std::vector<Body> some = bodies.value().all;
   if (!body_.empty()) {
@@ -282,7 +282,7 @@ Status DocumentCommands::act_on_bodies() const {
   Result<std::unique_ptr<Document>> opened = Document::open(file_, Document::Access::write);
   if (!opened) return Error{opened.error()};
   Document& document = *opened.value();
-  tell_missing(document);
+  print_notes(document);
   if (const auto model = document.load(); !model) return Error{model.error()};
   if (revise_.empty()) {
     const Result<BodyChange> done = document.act(action.value(), threads_);
@@ -305,10 +305,11 @@ int DocumentCommands::run_verify() const {
         std::printf("%s\n", sanitize_message(wrong).c_str());
         wrongs++;
       },
-      [](double share) { show_progress("verifying", share); });
+      [](double share) { show_progress("verifying", share); },
+      [](const std::string& note) { std::printf("note: %s\n", sanitize_message(note).c_str()); });
   if (!done) return bad_input(done.error());
   if (wrongs == 0)
-    std::printf("all is as it was written: %zu steps, %zu versions\n",
+    std::printf("verified: %zu steps, %zu versions, no differences\n",
                 document.value()->steps().size(), document.value()->versions().size());
   const int status = written();
   return status != 0 ? status : wrongs != 0;
@@ -324,7 +325,9 @@ int DocumentCommands::run_history() const {
       Document::open(file_, name_.empty() ? Document::Access::read : Document::Access::write);
   if (!opened) return bad_input(opened.error());
   Document& document = *opened.value();
-  tell_missing(document);
+  print_notes(document);
+  if (const Status rows = document.check_rows(document.head()); !rows)
+    std::fprintf(stderr, "kibori: warning: %s\n", rows.error().c_str());
   if (!name_.empty()) {
     StepId at = document.head();
     if (!at_.empty()) {
@@ -337,16 +340,18 @@ int DocumentCommands::run_history() const {
     if (const std::string where = settle(document); !where.empty()) return bad_input(where);
   }
   if (!copy_.empty()) {
-    if (!is_document(copy_)) return bad_input(copy_ + ": documents are written as .kibori");
+    if (!is_document(copy_))
+      return bad_input(copy_ + ": is not a document's name; name a file that ends in .kibori");
     if (const Status copied = document.save_copy(copy_); !copied) return bad_input(copied.error());
   }
   if (!salvage_.empty()) {
-    if (!is_document(salvage_)) return bad_input(salvage_ + ": documents are written as .kibori");
+    if (!is_document(salvage_))
+      return bad_input(salvage_ + ": is not a document's name; name a file that ends in .kibori");
     const Result<StepId> saved = salvage(document, salvage_);
     if (!saved) return bad_input(saved.error());
-    std::fprintf(stderr, "%s: holds the way to step %lld of %lld\n",
-                 sanitize_message(salvage_).c_str(), static_cast<long long>(saved.value()),
-                 static_cast<long long>(document.head()));
+    std::fprintf(stderr, "%s: saved up to step %lld of %lld\n", sanitize_message(salvage_).c_str(),
+                 static_cast<long long>(saved.value()),
+                 static_cast<long long>(document.head_in_file()));
   }
   std::fputs((json_ ? history_json(document) : history_text(document)).c_str(), stdout);
   return written();

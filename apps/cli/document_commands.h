@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// replay, verify, history, bodies and export: what one does with a document.
+// The commands on a document: replay, verify, history, bodies and export.
 #pragma once
 
 #include <string>
@@ -8,16 +8,18 @@
 
 #include <kibori/base/result.h>
 
+#include "apps/cli/common.h"
+
 class DocumentCommands {
  public:
   explicit DocumentCommands(CLI::App& app);
-  // Whether one of them was given.
+  // Whether the user gave one of them.
   bool given() const { return *replay_ || *verify_ || *history_ || *bodies_ || *export_; }
-  // Its exit status.
+  // Runs the command. Returns its exit status.
   int run() const;
 
  private:
-  // What the commands share.
+  // Options that several commands share.
   void add_file(CLI::App& command);
   void add_to(CLI::App& command);
   void add_threads(CLI::App& command);
@@ -38,6 +40,6 @@ class DocumentCommands {
   std::string file_, to_, model_, forces_, plot_, mesh_, name_, at_, copy_, salvage_, body_, act_,
       revise_, csv_, mcap_, hdf5_;
   double pitch_ = 0;
-  int dof_ = 5, threads_ = 1;
+  int dof_ = 5, threads_ = all_cores();
   bool json_ = false;
 };

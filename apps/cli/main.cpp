@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The command line: a thin face on the library. Data on stdout, everything else on stderr; exit 2
-// for bad input.
+// The command line, a thin layer over the library. Data goes to stdout, everything else to stderr.
+// Bad input exits with status 2.
 #include <array>
 #include <cmath>
 #include <csignal>
@@ -25,6 +25,7 @@
 #include <kibori/run/documents.h>
 #include <kibori/report/export.h>
 #include <kibori/report/force_report.h>
+#include <kibori/report/import_report.h>
 #include <kibori/report/mesh_report.h>
 #include <kibori/formats/mesh_format.h>
 #include <kibori/formats/mesh_file.h>
@@ -37,13 +38,14 @@
 
 #include "apps/cli/common.h"
 #include "apps/cli/document_commands.h"
+#include "apps/cli/mill_command.h"
 #include "apps/cli/outputs.h"
 #include "apps/cli/servo_commands.h"
 #include "apps/cli/studio_command.h"
 
 namespace {
 
-// The shapes of tools as words of a comment that begins in column `indent`.
+// The tool shapes as text of a comment that begins in column `indent`.
 std::string shape_list(size_t indent) {
   std::string text;
   size_t column = indent;
@@ -58,10 +60,10 @@ std::string shape_list(size_t indent) {
   return text;
 }
 
-// What `carve --picture` and `picture` share.
+// Options of `carve --picture` and `picture`.
 struct PictureArguments {
-  std::string view = "iso", size = "1280x960", look = "wood", up = "z";
-  int samples = 48, threads = 1;
+  std::string view = "iso", size = "1280x960", look = "wood", up = "auto";
+  int samples = 48, threads = all_cores();
 };
 
 void add_picture_options(CLI::App* command, PictureArguments& arguments) {
@@ -72,8 +74,11 @@ void add_picture_options(CLI::App* command, PictureArguments& arguments) {
   command->add_option("--size", arguments.size, "width and height of the picture in pixels")
       ->type_name("WxH")
       ->capture_default_str();
-  command->add_option("--up", arguments.up, "which axis points up in the picture")
-      ->check(CLI::IsMember({"x", "y", "z"}))
+  command
+      ->add_option(
+          "--up", arguments.up,
+          "axis that points up in the picture; auto: the axis that the studio's import proposes")
+      ->check(CLI::IsMember({"auto", "x", "y", "z"}))
       ->capture_default_str();
   command
       ->add_option("--look", arguments.look,
@@ -81,8 +86,9 @@ void add_picture_options(CLI::App* command, PictureArguments& arguments) {
       ->check(CLI::IsMember({"wood", "plain"}))
       ->capture_default_str();
   command
-      ->add_option("--samples", arguments.samples,
-                   "paths a pixel; four times as many halve the noise")
+      ->add_option(
+          "--samples", arguments.samples,
+          "paths per pixel at edges; elsewhere an eighth of them, and the light is smoothed")
       ->check(CLI::Range(1, 65536))
       ->capture_default_str();
 }
@@ -93,13 +99,13 @@ kibori::Result<kibori::PictureOptions> picture_options(const PictureArguments& a
   char rest = 0;
   if (std::sscanf(arguments.size.c_str(), "%dx%d%c", &options.width, &options.height, &rest) != 2)
     return Error{"--size '" + arguments.size + "' must be like 1280x960"};
-  Vec3 way;
+  Vec3 direction;
   if (const std::optional<Vec3> view = view_named(arguments.view)) {
     options.view = *view;
-  } else if (std::sscanf(arguments.view.c_str(), "%lf,%lf,%lf%c", &way.x(), &way.y(), &way.z(),
-                         &rest) == 3 &&
-             way.allFinite() && way.norm() > 1e-9 && way.norm() < 1e9) {
-    options.view = way;
+  } else if (std::sscanf(arguments.view.c_str(), "%lf,%lf,%lf%c", &direction.x(), &direction.y(),
+                         &direction.z(), &rest) == 3 &&
+             direction.allFinite() && direction.norm() > 1e-9 && direction.norm() < 1e9) {
+    options.view = direction;
   } else {
     return Error{
         "--view '" + arguments.view +
@@ -112,7 +118,7 @@ kibori::Result<kibori::PictureOptions> picture_options(const PictureArguments& a
   return options;
 }
 
-// Turns what points along axis `up` upwards.
+// Rotates a point so that axis `up` becomes z.
 template <class T>
 void turn_up(const std::string& up, std::array<T, 3>& p) {
   const auto [x, y, z] = p;
@@ -144,11 +150,11 @@ kibori::Status save_picture(const std::string& path, kibori::Surface surface,
 
 kibori::Status check_picture(const std::string& path) {
   if (kibori::ending_of(path) != ".png")
-    return kibori::Error{path + ": pictures are written as .png"};
+    return kibori::Error{path + ": is not a picture's name; name a file that ends in .png"};
   return kibori::Ok{};
 }
 
-// What of a model is written beside (or instead of) a mesh; `carve` and `convert` share it.
+// Outputs of a model in addition to a mesh, or instead of one. `carve` and `convert` use them.
 struct ExportArguments {
   std::string height_map, layers, layer_format = "svg";
   double layer = 0.2, tolerance = 0;
@@ -157,7 +163,7 @@ struct ExportArguments {
 void add_export_options(CLI::App* command, ExportArguments& arguments) {
   command
       ->add_option("--tolerance", arguments.tolerance,
-                   "let the mesh have fewer triangles, as long as it stays this near")
+                   "use fewer triangles; the surface stays within this distance")
       ->type_name("MM")
       ->check(kPositive);
   command
@@ -172,7 +178,7 @@ void add_export_options(CLI::App* command, ExportArguments& arguments) {
       ->capture_default_str();
   command
       ->add_option("--layer-format", arguments.layer_format,
-                   "svg: outlines; png: black and white, a pixel a ray")
+                   "svg: outlines; png: black and white, one pixel per node")
       ->check(CLI::IsMember({"svg", "png"}))
       ->capture_default_str();
 }
@@ -181,7 +187,8 @@ kibori::Status check_exports(const ExportArguments& arguments) {
   using namespace kibori;
   if (!arguments.height_map.empty()) {
     if (ending_of(arguments.height_map) != ".png")
-      return Error{arguments.height_map + ": height maps are written as .png"};
+      return Error{arguments.height_map +
+                   ": is not a picture's name; name a file that ends in .png"};
   }
   if (arguments.layers.empty()) return Ok{};
   std::error_code error;
@@ -191,11 +198,11 @@ kibori::Status check_exports(const ExportArguments& arguments) {
   while (!std::filesystem::exists(there, error) && there.has_relative_path())
     there = there.parent_path();
   if (access(there.c_str(), W_OK) != 0)
-    return Error{arguments.layers + ": the folder can't be written to"};
+    return Error{arguments.layers + ": the folder can't be written to; name another one"};
   return Ok{};
 }
 
-// What was written is said on standard error.
+// Writes the requested exports. Reports each on stderr.
 kibori::Status write_exports(const ExportArguments& arguments, const kibori::Snapshot& model,
                              int threads) {
   using namespace kibori;
@@ -204,7 +211,7 @@ kibori::Status write_exports(const ExportArguments& arguments, const kibori::Sna
     if (!map) return Error{map.error()};
     std::fprintf(
         stderr,
-        "%s: %d x %d pixels, %g mm each; grey 1 is z = %g mm, 65535 is %g mm, 0 is nothing\n",
+        "%s: %d x %d pixels, %g mm each; grey 1 is z = %g mm, 65535 is %g mm, 0 is no material\n",
         arguments.height_map.c_str(), map.value().width, map.value().height, model.lattice.pitch_mm,
         map.value().low_mm, map.value().high_mm);
   }
@@ -228,7 +235,7 @@ std::string mesh_or_document() {
 struct CarveArguments {
   std::string scene, forces, plot, mesh, picture, document;
   bool json = false, force = false, keep_forces = false;
-  int threads = 1;
+  int threads = all_cores();
   PictureArguments drawing;
   ExportArguments exports;
 };
@@ -246,13 +253,13 @@ std::string scene_in_short() {
          "  ks = 0.1                 # 1/mm\n"
          "  length = 40\n"
          "  [force]\n"
-         "  model = \"energy\"         # or \"paper\"\n"
-         "  [[move]]                 # the first gives the start\n"
+         "  model = \"energy\"         # or \"series\", \"paper\"\n"
+         "  [[move]]                 # the first move places the tool\n"
          "  to = [-10, 25, 28]\n"
          "  [[move]]\n"
          "  to = [90, 25, 22]\n"
          "  speed = 40               # mm/s\n"
-         "Exit status: 0 done, 2 bad input (one sentence on standard error says what and where).";
+         "Exit status: 0 done, 2 bad input (standard error says what, where and what to do).";
 }
 
 void add_carve(CLI::App& app, CarveArguments& arguments) {
@@ -261,19 +268,22 @@ void add_carve(CLI::App& app, CarveArguments& arguments) {
   command->add_option("SCENE", arguments.scene, "scene file (TOML)")->required();
   command
       ->add_option("-o,--output", arguments.document,
-                   "write a document: stock, strokes and history, as it is carved; see 'kibori "
-                   "replay --help'")
+                   "write a document while carving: stock, strokes and history; see 'kibori replay "
+                   "--help'")
       ->type_name("FILE.kibori");
-  command->add_flag("--keep-forces", arguments.keep_forces, "in the document, too")->needs("-o");
+  command
+      ->add_flag("--keep-forces", arguments.keep_forces,
+                 "store force and moment of every tick in the document")
+      ->needs("-o");
   command->add_option("--forces", arguments.forces, "write force and moment of every tick as CSV")
       ->type_name("FILE.csv");
   command->add_option("--plot", arguments.plot, "draw force and moment over time")
       ->type_name("FILE.svg");
   command
       ->add_option("--mesh", arguments.mesh,
-                   "write the surface of what is left, closed and manifold, in mm")
+                   "write the surface of the remaining material, closed and manifold, in mm")
       ->type_name("FILE" + kibori::list_of(kibori::kMeshesWritten, "|"));
-  command->add_option("--picture", arguments.picture, "draw what is left, ray traced")
+  command->add_option("--picture", arguments.picture, "draw the remaining material, ray traced")
       ->type_name("FILE.png");
   add_picture_options(command, arguments.drawing);
   add_export_options(command, arguments.exports);
@@ -284,11 +294,11 @@ void add_carve(CLI::App& app, CarveArguments& arguments) {
       ->check(CLI::Range(1, 256))
       ->capture_default_str();
   command->add_flag("--force", arguments.force,
-                    "take a mesh as stock even if most of its rays find it open");
+                    "accept a mesh as stock even if most rays find it open");
   command->footer(scene_in_short());
 }
 
-// Outputs that cannot be written are reported before the work.
+// Reports outputs that cannot be written before the work begins.
 kibori::Status check_outputs(const CarveArguments& arguments, const kibori::Scene& scene) {
   using namespace kibori;
   Outputs outputs;
@@ -300,6 +310,7 @@ kibori::Status check_outputs(const CarveArguments& arguments, const kibori::Scen
   outputs.writes("--mesh", arguments.mesh);
   outputs.writes("--picture", arguments.picture);
   outputs.writes("--height-map", arguments.exports.height_map);
+  outputs.writes_folder("--layers", arguments.exports.layers, "." + arguments.exports.layer_format);
   if (const Status can = outputs.check(); !can) return can;
   if (const Status can = check_exports(arguments.exports); !can) return can;
   if (!arguments.mesh.empty())
@@ -322,7 +333,7 @@ kibori::CarveOptions carve_options(const CarveArguments& arguments) {
   return options;
 }
 
-// Writes all that was asked for, but for the document. `picture`: options of --picture.
+// Writes all requested outputs except the document. `picture` holds the options of --picture.
 kibori::Status write_outputs(const CarveArguments& arguments, const kibori::Scene& scene,
                              const kibori::Carving& carving, kibori::PictureOptions picture) {
   using namespace kibori;
@@ -342,6 +353,7 @@ kibori::Status write_outputs(const CarveArguments& arguments, const kibori::Scen
     colors.push_back(material.color);
     picture.contrasts.push_back(ring_contrast(material.name));
   }
+  picture.log = log_cut_of(scene.materials);
   const Snapshot model = carving.model->snapshot();
   picture.plank = model.lattice.to_mm(model.lattice.whole());
   if (!arguments.picture.empty())
@@ -386,24 +398,25 @@ struct ConvertArguments {
   std::string in, out, relief;
   double pitch = 0;
   bool force = false;
-  int threads = 1;
+  int threads = all_cores();
   ExportArguments exports;
 };
 
 CLI::App* add_convert(CLI::App& app, ConvertArguments& arguments) {
   CLI::App* const command = app.add_subcommand(
-      "convert", "Repair and remesh: a mesh into dexels and back, closed and manifold");
-  command->add_option("IN", arguments.in, "to read: a " + mesh_or_document())->required();
+      "convert", "Repair and remesh: convert a mesh into dexels and back, closed and manifold");
+  command->add_option("IN", arguments.in, "file to read: " + mesh_or_document())->required();
   command->add_option("OUT", arguments.out,
                       "mesh to write: " + kibori::list_of(kibori::kMeshesWritten));
   command
       ->add_option(
           "--relief", arguments.relief,
-          "IN is a grey PNG: its width, the height of white above black, the base below black")
+          "IN is a grey PNG: width, height of white above black, and base below black, in mm")
       ->type_name("W,H,B");
   add_export_options(command, arguments.exports);
   command
-      ->add_option("--pitch", arguments.pitch, "size of a cell; by default the longest side by 256")
+      ->add_option("--pitch", arguments.pitch,
+                   "distance between rays; default: a 256th of the longest side")
       ->type_name("MM")
       ->check(kPositive);
   command
@@ -411,8 +424,7 @@ CLI::App* add_convert(CLI::App& app, ConvertArguments& arguments) {
                    "threads to work with; the result does not depend on it")
       ->check(CLI::Range(1, 256))
       ->capture_default_str();
-  command->add_flag("--force", arguments.force,
-                    "take a mesh even if most of its rays find it open");
+  command->add_flag("--force", arguments.force, "accept a mesh even if most rays find it open");
   return command;
 }
 
@@ -428,6 +440,7 @@ int run_convert(const ConvertArguments& arguments) {
   outputs.reads(arguments.in);
   outputs.writes("OUT", arguments.out);
   outputs.writes("--height-map", arguments.exports.height_map);
+  outputs.writes_folder("--layers", arguments.exports.layers, "." + arguments.exports.layer_format);
   if (const Status can = outputs.check(); !can) return bad_input(can.error());
   if (const Status can = check_exports(arguments.exports); !can) return bad_input(can.error());
   ConvertOptions options;
@@ -468,7 +481,7 @@ int run_convert(const ConvertArguments& arguments) {
 struct InfoArguments {
   std::string file;
   double wall = 1, overhang = 45, pitch = 0;
-  int threads = 1;
+  int threads = all_cores();
   bool json = false;
 };
 
@@ -477,19 +490,19 @@ CLI::App* add_info(CLI::App& app, InfoArguments& arguments) {
       "info", "Measure a mesh: size, volume, area, closed, manifold, thin walls, overhangs");
   command->add_option("FILE", arguments.file, mesh_or_document())->required();
   command->add_flag("--json", arguments.json, "as JSON");
-  command->add_option("--wall", arguments.wall, "walls thinner than this are thin")
+  command->add_option("--wall", arguments.wall, "report walls thinner than this")
       ->type_name("MM")
       ->check(kPositive)
       ->capture_default_str();
   command
       ->add_option("--overhang", arguments.overhang,
-                   "faces that look down and lean from upright by more hang over")
+                   "report faces that look down and lean from vertical by more than this")
       ->type_name("DEG")
       ->check(CLI::Range(0.0, 90.0))
       ->capture_default_str();
   command
       ->add_option("--pitch", arguments.pitch,
-                   "of the dexels that look for thin walls; by default the longest side by 256")
+                   "pitch of the dexels that find thin walls; default: a 256th of the longest side")
       ->type_name("MM")
       ->check(kPositive);
   command->add_option("--threads", arguments.threads, "threads to work with")
@@ -513,10 +526,20 @@ int run_info(const InfoArguments& arguments) {
   return written();
 }
 
+// Reads a mesh or a document to draw or compare. Warns about everything that was left out of the
+// file or may be missing.
+kibori::Result<kibori::TriangleMesh> read_for_looking(const std::string& file, int threads) {
+  using namespace kibori;
+  std::vector<std::string> notes;
+  Result<TriangleMesh> mesh = read_mesh_or_document(file, threads, &notes);
+  for (const std::string& note : notes) std::fprintf(stderr, "kibori: warning: %s\n", note.c_str());
+  return mesh;
+}
+
 struct CompareArguments {
   std::string a, b;
   int64_t samples = 1000000;
-  int threads = 1;
+  int threads = all_cores();
   bool json = false;
 };
 
@@ -527,7 +550,7 @@ CLI::App* add_compare(CLI::App& app, CompareArguments& arguments) {
   command->add_option("B", arguments.b, mesh_or_document())->required();
   command
       ->add_option("--samples", arguments.samples,
-                   "points spread over each surface, besides its vertices")
+                   "points spread over each surface, in addition to its vertices")
       ->check(CLI::Range(int64_t{1}, int64_t{1000000000}))
       ->capture_default_str();
   command->add_option("--threads", arguments.threads, "threads to work with")
@@ -542,7 +565,7 @@ int run_compare(const CompareArguments& arguments) {
   Surface surfaces[2];
   for (int i = 0; i < 2; i++) {
     const Result<TriangleMesh> mesh =
-        read_mesh_or_document(i == 0 ? arguments.a : arguments.b, arguments.threads);
+        read_for_looking(i == 0 ? arguments.a : arguments.b, arguments.threads);
     if (!mesh) return bad_input(mesh.error());
     surfaces[i] = surface_of_mesh(mesh.value());
   }
@@ -591,55 +614,63 @@ int run_picture(const PictureCommandArguments& arguments) {
   if (const Status can = outputs.check(); !can) return bad_input(can.error());
   const Result<PictureOptions> options = picture_options(arguments.drawing);
   if (!options) return bad_input(options.error());
-  const Result<TriangleMesh> mesh =
-      read_mesh_or_document(arguments.file, arguments.drawing.threads);
+  const Result<TriangleMesh> mesh = read_for_looking(arguments.file, arguments.drawing.threads);
   if (!mesh) return bad_input(mesh.error());
+  std::string up = arguments.drawing.up;
+  if (up == "auto" && !is_document(arguments.file)) {
+    const Orientation own = guess_up(ending_of(arguments.file), mesh.value()).orientation;
+    up = signed_axis_text(own.up);
+    up = up.substr(up.find_first_of("xyz"), 1);
+  }
   const Status saved = save_picture(arguments.out, surface_of_mesh(mesh.value()), {{196, 150, 100}},
-                                    options.value(), arguments.drawing.up);
+                                    options.value(), up);
   return saved ? 0 : bad_input(saved.error());
 }
 
-// Every thread has as much; what carves and parses takes a part of it.
+// Minimum stack size. Every thread has it; carving and parsing use a part of it.
 constexpr rlim_t kMinStackBytes = rlim_t{1} << 20;
 
-// Where no one else caught it: a thread that found no memory, or could not be made. A document
-// holds all up to the last flush, as if the process had been killed.
+// The terminate handler. It handles, for example, a thread without memory or a thread that could
+// not start. A document contains everything up to the last flush, as after a kill.
 [[noreturn]] void end_with_a_sentence() {
-  const char* said = "an error that it does not know";
+  const char* reason = "unknown error; please report it with the command that you ran";
   try {
     if (const std::exception_ptr thrown = std::current_exception()) std::rethrow_exception(thrown);
   } catch (const std::bad_alloc&) {
-    said = "out of memory; a document that was open holds what was done until now";
+    reason =
+        "out of memory; an open document holds everything until now. Use a coarser pitch or a "
+        "smaller stock";
   } catch (const std::system_error&) {
-    said =
-        "the system gave it no more threads; a document that was open holds what was done until "
-        "now";
+    reason =
+        "the system allows no more threads; an open document holds everything until now. Raise the "
+        "limit with 'ulimit -u'";
   } catch (...) {
-    // Said as it is.
+    // Keep the general text.
   }
-  std::fprintf(stderr, "kibori: ends by %s\n", said);
+  std::fprintf(stderr, "kibori: stopped: %s\n", reason);
   std::_Exit(2);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is told as a full disk is
+  std::signal(SIGXFSZ, SIG_IGN);  // a write beyond the file size limit then fails like one on a
+                                  // full disk
   std::set_terminate(end_with_a_sentence);
   rlimit stack{};
   if (getrlimit(RLIMIT_STACK, &stack) == 0 && stack.rlim_cur < kMinStackBytes)
-    return bad_input("the stack may have " + std::to_string(stack.rlim_cur / 1024) +
-                     " kB only, and at least 1024 are needed; raise it with 'ulimit -s'");
+    return bad_input("the stack is limited to " + std::to_string(stack.rlim_cur / 1024) +
+                     " kB, and at least 1024 kB are needed; raise the limit with 'ulimit -s'");
   CLI::App app{
-      "Kibori carves virtual solids with a virtual finger or cutter and feels every removal as "
-      "force."};
+      "Kibori carves virtual solids with a virtual finger or cutter and computes the force of "
+      "every removal."};
   app.name("kibori");
   app.set_version_flag("--version", std::string("kibori ") + KIBORI_VERSION);
   app.require_subcommand(1);
   app.footer(
       "Try:\n"
       "  kibori carve examples/fig8-upright.toml --plot forces.svg\n"
-      "Scenes are explained in docs/scenes.md; 'kibori COMMAND --help' explains a command.");
+      "docs/scenes.md explains scenes. 'kibori COMMAND --help' explains a command.");
 
   CarveArguments carve_arguments;
   add_carve(app, carve_arguments);
@@ -651,6 +682,7 @@ int main(int argc, char** argv) {
   const CLI::App* const compare = add_compare(app, compare_arguments);
   PictureCommandArguments picture_arguments;
   const CLI::App* const picture = add_picture(app, picture_arguments);
+  const MillCommand mill(app);
   ServoCommands by_hand(app);
   DocumentCommands documents(app);
   StudioCommand in_the_browser(app);
@@ -664,6 +696,7 @@ int main(int argc, char** argv) {
   try {
     if (documents.given()) return documents.run();
     if (by_hand.given()) return by_hand.run();
+    if (mill.given()) return mill.run();
     if (in_the_browser.given()) return in_the_browser.run();
     if (*convert) return run_convert(convert_arguments);
     if (*info) return run_info(info_arguments);

@@ -18,7 +18,7 @@ bool same_file(const fs::path& a, const fs::path& b) {
   return fs::equivalent(a, b, error) || place_of(a) == place_of(b);
 }
 
-// A document by its content, whatever it is called: SQLite's first words, and Kibori's number.
+// Whether a file's content is a document: SQLite's header and Kibori's application id.
 bool holds_document(const fs::path& path) {
   std::error_code error;
   if (!fs::is_regular_file(path, error)) return false;
@@ -29,8 +29,8 @@ bool holds_document(const fs::path& path) {
          std::memcmp(head.data() + 68, "KIBO", 4) == 0;
 }
 
-// What SQLite keeps beside a document.
-bool beside_document(const fs::path& path) {
+// Whether the name is that of a file which SQLite keeps next to a document.
+bool belongs_to_document(const fs::path& path) {
   const std::string name = path.filename().string();
   for (const char* rest : {"-wal", "-shm", "-journal", "-lock"})
     if (name.ends_with(std::string(".kibori") + rest)) return true;
@@ -43,10 +43,15 @@ void Outputs::reads(const fs::path& path) {
   if (!path.empty()) inputs_.push_back(path);
 }
 void Outputs::writes(const std::string& option, const fs::path& path) {
-  if (!path.empty()) outputs_.push_back({option, path, false});
+  if (!path.empty()) outputs_.push_back({option, path, false, {}});
 }
 void Outputs::makes_document(const std::string& option, const fs::path& path) {
-  if (!path.empty()) outputs_.push_back({option, path, true});
+  if (!path.empty()) outputs_.push_back({option, path, true, {}});
+}
+
+void Outputs::writes_folder(const std::string& option, const fs::path& path,
+                            const std::string& ending) {
+  if (!path.empty()) outputs_.push_back({option, path, false, ending});
 }
 
 Status Outputs::check() const {
@@ -58,14 +63,24 @@ Status Outputs::check() const {
       if (same_file(in, out.path))
         return Error{name + ": is read by this command, so " + out.option +
                      " can't write it; name another file"};
+    if (!out.files_end.empty()) {
+      for (const Output& file : outputs_)
+        if (file.files_end.empty() &&
+            (same_file(file.path, out.path) ||
+             (ending_of(file.path) == out.files_end &&
+              same_file(fs::absolute(file.path, error).parent_path(), out.path))))
+          return Error{file.path.string() + ": " + out.option + " writes files there, too; give " +
+                       file.option + " another folder"};
+      continue;
+    }
     for (size_t k = 0; k < i; k++)
       if (same_file(outputs_[k].path, out.path) && !fs::is_character_file(out.path, error))
         return Error{name + ": is named by " + outputs_[k].option + " and by " + out.option +
                      "; give each a file of its own"};
     if (!out.document &&
-        (is_document(name) || beside_document(out.path) || holds_document(out.path)))
-      return Error{name + ": is a document of Kibori, or its name is one's; " + out.option +
-                   " writes no documents, name another file"};
+        (is_document(name) || belongs_to_document(out.path) || holds_document(out.path)))
+      return Error{name + ": is a Kibori document, or has the name of one; " + out.option +
+                   " can't overwrite it, name another file"};
     if (Status can = check_writable(out.path); !can) return can;
   }
   return Ok{};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What a command reads and what it writes: nothing may be both, and documents are only written by
-// -o.
+// Checks the files that a command reads and writes. No file may be both an input and an output.
+// Only -o writes documents.
 #pragma once
 
 #include <filesystem>
@@ -11,13 +11,16 @@
 
 class Outputs {
  public:
-  // An empty path is none, here and below.
+  // An empty path is ignored, here and below.
   void reads(const std::filesystem::path& path);
-  // `option`: what the person gave the path for, as "--forces".
+  // `option` is the option that named the path, for example "--forces".
   void writes(const std::string& option, const std::filesystem::path& path);
-  // By the rules of documents, which are never written over.
+  // An output that becomes a document. Documents are never overwritten.
   void makes_document(const std::string& option, const std::filesystem::path& path);
-  // Errors: an output is an input, another output, a document, or can't be written.
+  // A folder that receives files whose names end in `ending`.
+  void writes_folder(const std::string& option, const std::filesystem::path& path,
+                     const std::string& ending);
+  // Errors: an output is an input, another output or a document, or it cannot be written.
   kibori::Status check() const;
 
  private:
@@ -25,6 +28,7 @@ class Outputs {
     std::string option;
     std::filesystem::path path;
     bool document;
+    std::string files_end;  // of a folder; empty for a file
   };
   std::vector<std::filesystem::path> inputs_;
   std::vector<Output> outputs_;

@@ -24,43 +24,47 @@ volatile std::sig_atomic_t interrupted = 0;
 }  // namespace
 
 ServoCommands::ServoCommands(CLI::App& app) {
-  devices_ =
-      app.add_subcommand("devices", "List force-feedback devices, and why others are not there");
+  devices_ = app.add_subcommand("devices",
+                                "List force-feedback devices, and why others are not available");
   devices_->add_flag("--json", json_, "as JSON");
 
   servo_ = app.add_subcommand(
-      "servo", "Carve by a simulated hand in real time and say how the loop kept time");
+      "servo",
+      "Carve with a simulated hand or a device in real time, and report the timing of the loop");
   servo_->add_option("SCENE", scene_,
-                     "scene whose stock is carved with its first tool, and along whose moves the "
-                     "hand goes to and fro; "
-                     "without one, a ball scrapes over a block");
-  servo_->add_option("--device", device_, "a name that 'kibori devices' lists")
+                     "scene with stock, first tool and moves; the simulated hand moves back and "
+                     "forth along the moves. Without a scene, a ball scrapes over a block");
+  servo_->add_option("--device", device_, "device to use: a name that 'kibori devices' lists")
       ->capture_default_str();
-  servo_->add_option("--record", record_, "keep what the device read, for --device replay:FILE.csv")
-      ->type_name("FILE.csv");
   servo_
-      ->add_option("-o,--output", document_, "write a document, stroke by stroke, as it is carved")
+      ->add_option("--record", record_,
+                   "record the device's readings, for --device replay:FILE.csv")
+      ->type_name("FILE.csv");
+  servo_->add_option("-o,--output", document_, "write every stroke to a document while carving")
       ->type_name("FILE.kibori");
-  servo_->add_flag("--keep-forces", keep_forces_, "in the document, too")->needs("-o");
+  servo_
+      ->add_flag("--keep-forces", keep_forces_,
+                 "store force and moment of every tick in the document")
+      ->needs("-o");
   add_publish(*servo_, publish_);
-  servo_->add_option("--seconds", seconds_, "how long")->check(kPositive)->capture_default_str();
-  servo_->add_option("--rate", rate_hz_, "ticks a second, 100 to 4000")
+  servo_->add_option("--seconds", seconds_, "duration of the run in seconds")
+      ->check(kPositive)
+      ->capture_default_str();
+  servo_->add_option("--rate", rate_hz_, "ticks per second, 100 to 4000")
       ->type_name("HZ")
       ->check(CLI::Range(100.0, 4000.0))
       ->capture_default_str();
   servo_
-      ->add_option(
-          "--model", model_,
-          "series: the tool hangs on a spring; energy, paper: it is where the hand is; by default "
-          "the scene's")
+      ->add_option("--model", model_,
+                   "series: a spring connects hand and tool; energy, paper: the tool is at the "
+                   "hand; default: the scene's model")
       ->check(CLI::IsMember(names_of(ForceModel{})));
   servo_
       ->add_option("--stiffness", stiffness_n_mm_,
-                   "of the spring; by default what suits the device")
+                   "stiffness of the spring; default: one that suits the device")
       ->type_name("N/MM")
       ->check(kPositive);
-  servo_->add_flag("--no-surface", no_surface_,
-                   "without a second thread that follows with the surface");
+  servo_->add_flag("--no-surface", no_surface_, "do not update the surface on a second thread");
   servo_->add_flag("--json", json_, "as JSON, with all histograms");
 }
 
@@ -102,7 +106,7 @@ int ServoCommands::run_servo() const {
   options.surface = !no_surface_;
   options.record = record_;
   if (!document_.empty() && !is_document(document_))
-    return bad_input(document_ + ": documents are written as .kibori");
+    return bad_input(document_ + ": is not a document's name; name a file that ends in .kibori");
   options.document = document_;
   options.keep_forces = keep_forces_;
   options.progress = [](double share) { show_progress("running", share); };
@@ -122,12 +126,12 @@ int ServoCommands::run_servo() const {
       publisher->about({std::filesystem::path(document_).filename().string(), device_name, rate_hz_,
                         lattice, scene.materials});
     };
-    options.told = [&](const std::vector<LiveTick>& ticks) {
+    options.on_ticks = [&](const std::vector<LiveTick>& ticks) {
       for (const LiveTick& tick : ticks) publisher->add(tick);
       publisher->flush();
     };
   }
-  // Ctrl-C ends the run in order: no force stays on, and a recording is kept.
+  // Ctrl-C ends the run in order. No force stays on, and a recording is kept.
   std::signal(SIGINT, [](int) { interrupted = 1; });
   std::signal(SIGTERM, [](int) { interrupted = 1; });
   std::signal(SIGHUP, [](int) { interrupted = 1; });

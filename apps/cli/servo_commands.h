@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// devices and servo: carving by hand.
+// The commands devices and servo, for carving with a force device.
 #pragma once
 
 #include <string>
@@ -10,9 +10,9 @@
 class ServoCommands {
  public:
   explicit ServoCommands(CLI::App& app);
-  // Whether one of them was given.
+  // Whether the user gave one of them.
   bool given() const { return *devices_ || *servo_; }
-  // Its exit status.
+  // Runs the command. Returns its exit status.
   int run() const { return *devices_ ? run_devices() : run_servo(); }
 
  private:

@@ -5,6 +5,8 @@
 #include <array>
 #include <chrono>
 #include <csignal>
+#include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <optional>
@@ -32,10 +34,10 @@ using namespace kibori;
 
 namespace {
 
-volatile std::sig_atomic_t interrupted = 0;
+volatile std::sig_atomic_t studio_interrupted = 0;
 
-// By way of a file in `folder`, which only this user can read: what stands in a command line,
-// everyone can.
+// Opens the URL through a file in `folder`, which only this user can read. Everyone can read a
+// command line.
 void open_browser(const std::string& url, const std::filesystem::path& folder) {
   if (!std::getenv("DISPLAY") && !std::getenv("WAYLAND_DISPLAY")) return;
   std::string program = "xdg-open", file = (folder / "kibori-studio.html").string();
@@ -46,8 +48,8 @@ void open_browser(const std::string& url, const std::filesystem::path& folder) {
   static_cast<void>(posix_spawnp(&child, "xdg-open", nullptr, nullptr, arguments, environ));
 }
 
-// Whether a file has changed since it was shown: it was written, or another took its name. It is
-// looked at twice a second, and more rarely where showing it takes long.
+// Notices changes of a file since it was shown: a write to it, or a replacement. It checks twice a
+// second, and less often if showing the file takes long.
 class Changes {
  public:
   explicit Changes(std::string file) : file_(std::move(file)), last_(state()) {}
@@ -59,7 +61,7 @@ class Changes {
     found_ = state();
     return found_ && found_ != last_;
   }
-  // As it was when it was seen.
+  // The state that seen() found is now shown.
   void shown() {
     last_ = found_;
     took_ = Clock::now() - looked_;
@@ -68,7 +70,8 @@ class Changes {
 
  private:
   using Clock = std::chrono::steady_clock;
-  // Of the file, and of the log beside it, into which a process writes that has it open.
+  // The state of the file and of its log (-wal). A process that has the document open writes into
+  // the log.
   using State = std::optional<std::array<int64_t, 6>>;
   State state() const {
     struct stat file {
@@ -88,18 +91,18 @@ class Changes {
   State last_, found_;
 };
 
-// SIGINT, SIGTERM and SIGHUP set `interrupted`.
+// SIGINT, SIGTERM and SIGHUP set `studio_interrupted`.
 void catch_interrupts() {
-  // A second time it ends at once; what was carved is in the file.
+  // A second signal ends the process at once. The file contains everything carved so far.
   const auto end = [](int) {
-    interrupted = 1;
+    studio_interrupted = 1;
     std::signal(SIGINT, SIG_DFL);
     std::signal(SIGTERM, SIG_DFL);
     std::signal(SIGHUP, SIG_DFL);
   };
   std::signal(SIGINT, end);
   std::signal(SIGTERM, end);
-  std::signal(SIGHUP, end);  // its terminal is gone
+  std::signal(SIGHUP, end);  // the terminal was closed
   std::signal(SIGPIPE, SIG_IGN);
 }
 
@@ -107,28 +110,26 @@ void catch_interrupts() {
 
 StudioCommand::StudioCommand(CLI::App& app) {
   studio_ =
-      app.add_subcommand("studio", "Carve by hand in the browser, and see and feel the force");
+      app.add_subcommand("studio", "Carve by hand in the browser and see the force on the tool");
   studio_->add_option("FILE", file_,
-                      "document: .kibori; made if it is not there yet. Without one, the page asks "
+                      "document: .kibori; created if it does not exist. Without it, the page asks "
                       "what to begin with");
-  studio_
-      ->add_option("--stock", stock_, "scene whose stock and materials a new document begins with")
+  studio_->add_option("--stock", stock_, "scene that gives a new document its stock and materials")
       ->type_name("SCENE.toml");
-  studio_->add_option("--port", port_, "of 127.0.0.1; 0: any that is free")->capture_default_str();
-  studio_->add_option(
-      "--device", device_,
-      "what holds the tool: a name that 'kibori devices' lists; by default mouse, pen or touch");
+  studio_->add_option("--port", port_, "port on 127.0.0.1; 0: any free port")
+      ->capture_default_str();
+  studio_->add_option("--device", device_,
+                      "device that holds the tool: a name that 'kibori devices' lists; default: "
+                      "mouse, pen or touch");
   studio_->add_option("--second", second_,
-                      "with --device: what holds the second hand's tool; by default the pointer");
-  studio_->add_flag(
-      "--read-only", read_only_,
-      "only look at the document and its history; while another process writes it, as it was "
-      "when this began");
+                      "with --device: device that holds the second tool; default: the pointer");
+  studio_->add_flag("--read-only", read_only_,
+                    "show the document and its history and change nothing; if another process "
+                    "writes it, show its state at the start");
   studio_
       ->add_flag(
           "--follow", follow_,
-          "with --read-only: shows the document anew whenever it has changed, as a script or "
-          "another process carves it")
+          "with --read-only: update the view after each change of the document by another process")
       ->needs("--read-only");
   add_publish(*studio_, publish_);
   studio_->add_flag("--no-browser", no_browser_, "only print the address");
@@ -136,21 +137,24 @@ StudioCommand::StudioCommand(CLI::App& app) {
 
 Status StudioCommand::check() const {
   if (studio::bundle().empty())
-    return Error{"this kibori was built without its page; './dev build' builds it with it"};
+    return Error{
+        "this kibori was built without the studio's page; build it again with './dev build'"};
   if (!file_.empty() && !is_document(file_))
-    return Error{file_ + ": documents are .kibori files; give a scene by --stock"};
+    return Error{file_ +
+                 ": is not a document's name; name a .kibori file, or give a scene with --stock"};
   if (read_only_ && (!stock_.empty() || !device_.empty() || !second_.empty() || !publish_.empty()))
-    return Error{"--read-only only looks: leave off --stock, --device, --second and --publish"};
+    return Error{
+        "--read-only changes nothing; leave out --stock, --device, --second and --publish"};
   if (!device_.empty() && device_ != "virtual")
     if (const auto device = open_device(device_); !device) return Error{device.error()};
   if (!second_.empty() && device_.empty())
-    return Error{"--second is for a second device: say what holds the first tool by --device"};
+    return Error{"--second needs a first device; name it with --device"};
   if (!second_.empty() && second_ != "virtual")
     if (const auto device = open_device(second_); !device) return Error{device.error()};
   return Ok{};
 }
 
-// Null: the page asks what to begin with.
+// The session to begin with. Null: the page shows the start page.
 Result<std::unique_ptr<Session>> StudioCommand::first_session(const Library& library,
                                                               const SessionOptions& how) const {
   if (file_.empty() && stock_.empty()) return std::unique_ptr<Session>();
@@ -171,13 +175,14 @@ int StudioCommand::run() const {
   if (const Status fine = check(); !fine) return bad_input(fine.error());
   Result<Library> library = Library::of_user();
   if (!library) {
-    if (file_.empty()) return bad_input(library.error() + "; say which FILE.kibori to carve in");
+    if (file_.empty())
+      return bad_input(library.error() + "; name a document, as in 'kibori studio FILE.kibori'");
     library = Library({});
   }
   catch_interrupts();
   SessionOptions how{read_only_, device_};
   how.second = second_;
-  Changes changes(file_);  // since it is read
+  Changes changes(file_);  // taken before the file is read
   Result<std::unique_ptr<Session>> opened = first_session(library.value(), how);
   if (!opened) return bad_input(opened.error());
   std::unique_ptr<Session> session = std::move(opened).value();
@@ -192,20 +197,20 @@ int StudioCommand::run() const {
   }
   const std::string url = server.value()->url();
   server.value()->on_new_address([](const std::string& another) {
-    std::printf("An address opens the studio once. For another browser there is\n  %s\n",
+    std::printf("An address opens the studio once. Another browser can open\n  %s\n",
                 another.c_str());
     std::fflush(stdout);
   });
-  std::printf("%s at\n  %s\n%sCtrl-C ends it; all is saved as you carve.\n",
+  std::printf("%s at\n  %s\n%sCtrl-C ends the studio. Every stroke is saved while you carve.\n",
               session ? (session->name() + " is open").c_str() : "The studio is open", url.c_str(),
               published.c_str());
   if (const int status = written(); status != 0) return status;
   if (session) server.value()->show(std::move(session));
-  const auto way = TemporaryFolder::make();
-  if (!no_browser_ && way) open_browser(url, way.value()->path());
-  std::string told;
+  const auto folder = TemporaryFolder::make();
+  if (!no_browser_ && folder) open_browser(url, folder.value()->path());
+  std::string last_error;
   server.value()->run([&] {
-    // Only what is still looked at.
+    // Reload only a document that is open read-only.
     if (follow_ && server.value()->shows(file_) && changes.seen()) {
       auto again = open_session(file_, how);
       const std::string wrong = again ? std::string() : again.error();
@@ -213,10 +218,16 @@ int StudioCommand::run() const {
         server.value()->show(std::move(again).value());
         changes.shown();
       }
-      if (std::exchange(told, wrong) != wrong && !wrong.empty()) server.value()->notify(wrong);
+      if (std::exchange(last_error, wrong) != wrong && !wrong.empty())
+        server.value()->notify(wrong);
     }
-    return interrupted != 0;
+    return studio_interrupted != 0;
   });
   const std::string where = server.value()->close();
-  return where.empty() ? written() : bad_input(where);
+  const int status = where.empty() ? written() : bad_input(where);
+  if (server.value()->idle()) return status;
+  // Everything is saved. A job that still runs could take minutes, and nobody needs its result.
+  std::fflush(nullptr);
+  TemporaryFolder::remove_all();
+  std::_Exit(status);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// studio: carving by hand in the browser.
+// The command studio, for carving in the browser.
 #pragma once
 
 #include <cstdint>
@@ -21,11 +21,11 @@ class StudioCommand {
  public:
   explicit StudioCommand(CLI::App& app);
   bool given() const { return studio_->parsed(); }
-  // Its exit status.
+  // Runs the command. Returns its exit status.
   int run() const;
 
  private:
-  // Errors: options that do not go together, a file or a device.
+  // Errors: options that exclude each other, or a bad file or device.
   kibori::Status check() const;
   kibori::Result<std::unique_ptr<kibori::Session>> first_session(
       const kibori::Library& library, const kibori::SessionOptions& how) const;

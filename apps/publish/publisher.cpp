@@ -14,9 +14,9 @@
 namespace kibori {
 namespace {
 
-constexpr size_t kWaitingTicks = 8192;  // for DDS; more are left out
+constexpr size_t kWaitingTicks = 8192;  // queue limit for DDS; further ticks are dropped
 
-// Writes topics on a thread of its own: each takes Fast DDS some 10 us.
+// Writes topics on its own thread. Each topic takes Fast DDS about 10 us.
 class TopicWriter {
  public:
   explicit TopicWriter(std::unique_ptr<DdsLink> link)
@@ -54,7 +54,7 @@ class TopicWriter {
       for (const LiveTick& tick : now) {
         const std::string frame = "kibori_world";
         const auto since_ns = static_cast<int64_t>(1e9 * tick.time_s);
-        // What is written late says no later time; another servo begins anew.
+        // A late write does not move the start later. The ticks of another servo start again.
         const int64_t begun_ns = ns_since_1970() - since_ns;
         if (begun_ns_ == 0 || tick.number < last_ || begun_ns < begun_ns_) begun_ns_ = begun_ns;
         last_ = tick.number;
@@ -75,7 +75,7 @@ class TopicWriter {
   std::condition_variable changed_;
   std::deque<LiveTick> waiting_;
   bool stopping_ = false;
-  int64_t begun_ns_ = 0;  // when the ticks' time began, since 1970; of thread_
+  int64_t begun_ns_ = 0;  // start of the ticks' time [ns since 1970]; owned by thread_
   uint64_t last_ = 0;
   std::thread thread_;
 };
@@ -87,7 +87,7 @@ struct Publisher::State {
   std::vector<std::unique_ptr<TopicWriter>> topics;
   std::string where;
   std::vector<TickRow> rows;
-  std::vector<LiveTick> ticks;  // for topics
+  std::vector<LiveTick> ticks;  // for the topics
 };
 
 Publisher::Publisher(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -96,7 +96,7 @@ Publisher::~Publisher() { flush(); }
 Result<std::unique_ptr<Publisher>> Publisher::open(const std::vector<std::string>& where) {
   auto state = std::make_unique<State>();
   for (const std::string& place : where) {
-    std::string said;
+    std::string target_text;
     if (place == "dds" || place.starts_with("dds:")) {
       const Result<uint32_t> domain = parse_dds_domain(place);
       if (!domain) return Error{domain.error()};
@@ -107,14 +107,14 @@ Result<std::unique_ptr<Publisher>> Publisher::open(const std::vector<std::string
                                          {}});
       if (!link) return Error{link.error()};
       state->topics.push_back(std::make_unique<TopicWriter>(std::move(link).value()));
-      said = "DDS topics /kibori/..., domain " + std::to_string(domain.value());
+      target_text = "DDS topics /kibori/..., domain " + std::to_string(domain.value());
     } else {
       Result<std::unique_ptr<TickServer>> server = TickServer::listen(place);
       if (!server) return Error{server.error()};
-      said = "ws://" + server.value()->address();
+      target_text = "ws://" + server.value()->address();
       state->servers.push_back(std::move(server).value());
     }
-    state->where += (state->where.empty() ? "" : " and ") + said;
+    state->where += (state->where.empty() ? "" : " and ") + target_text;
   }
   return std::unique_ptr<Publisher>(new Publisher(std::move(state)));
 }

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-// What --publish asks for: ticks while they are made, over WebSocket (HOST:PORT) and as ROS 2's
-// topics over DDS ("dds" or "dds:DOMAIN"):
+// Publishes ticks while they are made, for the option --publish. They go over WebSocket (HOST:PORT)
+// or as topics of ROS 2 over DDS ("dds" or "dds:DOMAIN"):
 //
 //   /kibori/tool_pose, /kibori/hand_pose           geometry_msgs/PoseStamped [m]
 //   /kibori/wrench, /kibori/given_wrench           geometry_msgs/WrenchStamped [N, N m]
 //
-// of the first hand, in the frame kibori_world.
+// The topics describe the first hand, in the frame kibori_world.
 #pragma once
 
 #include <memory>
@@ -20,17 +20,17 @@ namespace kibori {
 
 class Publisher {
  public:
-  // Errors: a place that can't be, or is taken.
+  // Errors: an invalid address, or one that is in use.
   static Result<std::unique_ptr<Publisher>> open(const std::vector<std::string>& where);
   ~Publisher();
 
-  // A sentence on where ticks can be read.
+  // A sentence that says where to read the ticks.
   std::string where() const;
-  // What ticks are of from now on.
+  // Describes the ticks from now on.
   void about(const Published& published);
-  // Neither waits for those who read. Always the same thread.
+  // add() and flush() never wait for readers. Call both on one thread.
   void add(const LiveTick& tick);
-  // What was added goes out.
+  // Sends the added ticks.
   void flush();
 
  private:

@@ -30,7 +30,7 @@ using tcp = asio::ip::tcp;
 using Message = std::shared_ptr<const std::vector<uint8_t>>;
 
 constexpr size_t kReaders = 32;
-// Half a minute at 1 kHz: ticks are left out for a reader that has not read so much.
+// About 30 s at 1 kHz. A reader with more unread bytes misses ticks.
 constexpr size_t kWaitingBytes = size_t{8} << 20;
 constexpr auto kHeaderTime = std::chrono::seconds(10);
 constexpr auto kGoodbyeTime = std::chrono::seconds(1);
@@ -45,7 +45,7 @@ std::string_view host_of(std::string_view text) {
 
 }  // namespace
 
-// All of it belongs to the thread that runs `io`, but for `readers`.
+// The thread that runs `io` owns all members except `readers`.
 struct TickServer::State {
   class Reader;
 
@@ -54,7 +54,7 @@ struct TickServer::State {
   void accept();
   bool may_read(const http::request<http::empty_body>& request) const;
   void send(const Message& message, bool ticks);
-  // Whoever reads gets what waits for it, if it reads that soon; then `io` has nothing more to do.
+  // Sends every reader its pending messages within kGoodbyeTime. Then `io` has no more work.
   void finish();
 
   const std::string host;
@@ -62,10 +62,10 @@ struct TickServer::State {
   Message about;
   std::atomic<size_t> readers{0};
   bool runs = true;
-  std::set<Reader*> all;  // that read, and that still say what they want
+  std::set<Reader*> all;  // readers, and connections that are still in the handshake
   asio::io_context io{1};
   tcp::acceptor acceptor;
-  asio::steady_timer limit;  // of finish(), and before accept() is tried again
+  asio::steady_timer limit;  // for finish(), and before accept() retries
   std::thread thread;
 };
 
@@ -99,7 +99,7 @@ class TickServer::State::Reader : public std::enable_shared_from_this<Reader> {
   void finish() {
     if (!reads_) return close();
     finishing_ = true;
-    if (queue_.empty()) say_goodbye();
+    if (queue_.empty()) send_end();
   }
 
  private:
@@ -112,8 +112,9 @@ class TickServer::State::Reader : public std::enable_shared_from_this<Reader> {
       refusal_.set(http::field::content_type, "text/plain; charset=utf-8");
       if (may) refusal_.set(http::field::upgrade, "websocket");
       refusal_.keep_alive(false);
-      refusal_.body() = may ? "Ticks are read here over WebSocket: see docs/recordings.md.\n"
-                            : "Pages of other sites may not read here.\n";
+      refusal_.body() =
+          may ? "This address publishes ticks over WebSocket: see docs/recordings.md.\n"
+              : "Pages of other sites may not read these ticks.\n";
       refusal_.prepare_payload();
       http::async_write(beast::get_lowest_layer(socket_), refusal_,
                         [self = shared_from_this()](beast::error_code, size_t) { self->close(); });
@@ -135,7 +136,7 @@ class TickServer::State::Reader : public std::enable_shared_from_this<Reader> {
     });
   }
 
-  // What a reader says is nothing to us; that it closes, is.
+  // Ignores the messages of a reader, but detects the end of the connection.
   void read() {
     socket_.async_read(heard_, [self = shared_from_this()](beast::error_code failed, size_t) {
       if (failed) return self->close();
@@ -153,11 +154,11 @@ class TickServer::State::Reader : public std::enable_shared_from_this<Reader> {
                           if (!self->queue_.empty())
                             self->write();
                           else if (self->finishing_)
-                            self->say_goodbye();
+                            self->send_end();
                         });
   }
 
-  void say_goodbye() {
+  void send_end() {
     socket_.async_close(websocket::close_code::normal,
                         [self = shared_from_this()](beast::error_code) { self->close(); });
   }
@@ -182,7 +183,7 @@ class TickServer::State::Reader : public std::enable_shared_from_this<Reader> {
 void TickServer::State::accept() {
   acceptor.async_accept([this](beast::error_code failed, tcp::socket socket) {
     if (failed == asio::error::operation_aborted || !acceptor.is_open()) return;
-    if (failed) {  // no more files may be opened: later, perhaps
+    if (failed) {  // too many open files: retry later
       limit.expires_after(kGoodbyeTime);
       limit.async_wait([this](beast::error_code) {
         if (acceptor.is_open()) accept();
@@ -200,13 +201,14 @@ void TickServer::State::accept() {
 
 bool TickServer::State::may_read(const http::request<http::empty_body>& request) const {
   const auto origin = request.find(http::field::origin);
-  if (origin == request.end()) return true;  // no browser
+  if (origin == request.end()) return true;  // not a browser
   const std::string_view from = host_of({origin->value().data(), origin->value().size()});
   return from == "localhost" || from == "127.0.0.1" || from == "[::1]" || from == host;
 }
 
 void TickServer::State::send(const Message& message, bool ticks) {
-  const std::vector<Reader*> now(all.begin(), all.end());  // one that is let go of leaves the set
+  // A copy, because sending removes a reader that is disconnected from `all`.
+  const std::vector<Reader*> now(all.begin(), all.end());
   for (Reader* const reader : now)
     if (all.count(reader)) reader->send(message, ticks);
 }
@@ -230,11 +232,11 @@ TickServer::TickServer(std::unique_ptr<State> state) : state_(std::move(state)) 
 TickServer::~TickServer() {
   asio::post(state_->io, [state = state_.get()] { state->finish(); });
   state_->thread.join();
-  state_->runs = false;  // what is left goes with `io`
+  state_->runs = false;  // the rest is destroyed with `io`
 }
 
 Result<std::unique_ptr<TickServer>> TickServer::listen(const std::string& address) {
-  const std::string wrong = "'" + address + "' is no address to publish at";
+  const std::string wrong = "can't publish at '" + address + "'";
   const size_t colon = address.rfind(':');
   if (colon == address.npos || colon == 0)
     return Error{wrong + ": write HOST:PORT, like 127.0.0.1:7070"};
@@ -251,14 +253,15 @@ Result<std::unique_ptr<TickServer>> TickServer::listen(const std::string& addres
   tcp::resolver resolver(state->io);
   const auto found = resolver.resolve(bracketed ? host.substr(1, host.size() - 2) : host, port_text,
                                       tcp::resolver::passive, failed);
-  if (failed || found.empty()) return Error{wrong + ": there is no host " + host};
+  if (failed || found.empty())
+    return Error{wrong + ": there is no host " + host + "; check the name"};
   const tcp::endpoint endpoint = found.begin()->endpoint();
   tcp::acceptor& acceptor = state->acceptor;
   acceptor.open(endpoint.protocol(), failed);
   if (!failed) acceptor.set_option(tcp::acceptor::reuse_address(true), failed);
   if (!failed) acceptor.bind(endpoint, failed);
   if (!failed) acceptor.listen(asio::socket_base::max_listen_connections, failed);
-  if (failed) return Error{"can't publish at " + address + ": " + failed.message()};
+  if (failed) return Error{wrong + ": " + failed.message() + "; choose another address or port"};
   state->address = host + ":" + std::to_string(acceptor.local_endpoint(failed).port());
   state->accept();
   state->thread = std::thread([&io = state->io] { io.run(); });

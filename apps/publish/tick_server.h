@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Ticks over WebSocket, to whoever asks: messages PublishedAbout and PublishedTicks of
-// docs/protocol.md. A thread of its own sends them. A reader that does not keep up loses ticks,
-// never the servo: the numbers of the ticks tell which.
+// Sends ticks over WebSocket to any number of readers: the messages PublishedAbout and
+// PublishedTicks of docs/protocol.md. It sends on its own thread. A slow reader misses ticks but
+// never delays the servo. The tick numbers show which are missing.
 //
-// Anyone who reaches the address may read, and nobody can change anything. A page in a browser may
-// only if it comes from this machine or from the host that is named: other sites' pages are
-// refused.
+// Everyone who reaches the address may read. Nobody can change anything. A web page may read only
+// if it comes from this machine or from the given host. Pages of other sites are refused.
 #pragma once
 
 #include <memory>
@@ -21,13 +20,13 @@ namespace kibori {
 
 class TickServer {
  public:
-  // address: HOST:PORT; port 0: any that is free. Errors: an address that can't be, or is taken.
+  // `address` is HOST:PORT. Port 0 chooses a free one. Errors: an invalid address, or one in use.
   static Result<std::unique_ptr<TickServer>> listen(const std::string& address);
   ~TickServer();
 
-  // Where it listens: HOST:PORT.
+  // The address it listens on: HOST:PORT.
   const std::string& address() const;
-  // What rows are of from now on: of about_rows().
+  // Describes the rows from now on. `json` comes from about_rows().
   void about(std::string json);
   void publish(std::span<const TickRow> rows);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// From a request over HTTP to the WebSocket of a page. Internal to apps/studio.
+// Turns an HTTP request into a page's WebSocket. Internal to apps/studio.
 #pragma once
 
 #include <memory>
@@ -12,7 +12,7 @@
 
 namespace kibori::studio {
 
-// The connection, which asked for a WebSocket by this request, is a page's from now on.
+// Accepts the WebSocket that `request` asks for. The connection then belongs to a page.
 void accept_websocket(boost::beast::tcp_stream stream,
                       boost::beast::http::request<boost::beast::http::empty_body> request,
                       Server::State& server, std::shared_ptr<Guest> guest);

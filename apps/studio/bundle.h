@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The page's files, which are part of the program: cmake/embed.cmake makes bundle.cpp of web/.
+// The files of the page, embedded in the program. cmake/embed.cmake makes bundle.cpp from web/.
 #pragma once
 
 #include <cstddef>

@@ -8,7 +8,7 @@
 namespace kibori::studio {
 namespace {
 
-constexpr double kSteps = 2048;  // in a pitch
+constexpr double kSteps = 2048;  // per pitch
 
 template <class T>
 void put(std::vector<uint8_t>& to, T value) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Surface chunks on their way to a page: see Chunks in protocol/messages.json.
+// Encodes surface chunks for pages. See Chunks in protocol/messages.json.
 #pragma once
 
 #include <cstdint>
@@ -9,8 +9,8 @@
 
 namespace kibori::studio {
 
-// Appends a chunk. Positions are rounded to 1/2048 of the pitch, all chunks' alike, so that they
-// fit.
+// Appends a chunk. Positions are rounded to 1/2048 of the pitch, for all chunks alike, so that
+// neighbours fit together.
 void put_chunk(std::vector<uint8_t>& to, const SurfaceChunk& chunk, const Index3& at,
                const Lattice& lattice);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What each message of a page does. A message without a function here does not compile.
+// Executes each message of a page. A message without a function here does not compile.
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -33,11 +33,11 @@ bool is_png(const Bytes& bytes) {
 
 Result<Tool> stamp_of(const ChooseStamp& m, double pitch_mm) {
   if (m.what == 0) {
-    // A family; a page has no say over files here.
+    // A family only: a page must not name files here.
     if (m.font.find('/') != std::string::npos) return Error{"a font is named by its family"};
     return text_stamp({m.text, m.font, m.size, m.depth, 0}, pitch_mm);
   }
-  // What came is put where readers find it.
+  // Stores the upload in a file for the readers.
   const auto folder = TemporaryFolder::make();
   if (!folder) return Error{folder.error()};
   const std::string ending = ending_of(m.name);
@@ -54,7 +54,7 @@ Result<Tool> stamp_of(const ChooseStamp& m, double pitch_mm) {
   picture.invert = m.invert != 0;
   Result<Tool> tool =
       m.what == 1 ? picture_stamp(path, picture, pitch_mm) : mesh_stamp(path, m.size);
-  // The sentence names the file as the person knows it.
+  // Replaces the temporary path by the file's name that the user knows.
   if (!tool) {
     std::string error = tool.error();
     if (const size_t at = error.find(path.string()); at != error.npos)
@@ -68,7 +68,7 @@ struct Dispatch {
   Server::State& server;
   WebSocketClient& page;
 
-  // Of any page.
+  // Messages of any page.
   void operator()(const Hello&) const {}  // a second one changes nothing
   void operator()(const Got& m) const { page.got(m.frame); }
   void operator()(const TakeTool&) const { server.hold(&page); }
@@ -81,7 +81,7 @@ struct Dispatch {
     page.show_faults(m.shown != 0, {m.wall, m.overhang, Vec3::UnitZ()});
   }
 
-  // Of the page that holds the tool, with a document or without.
+  // Messages of the page that holds the tool, with or without a document.
   void operator()(const CancelWork&) const {
     ExperimentSession* const run = server.session ? server.session->experiment() : nullptr;
     if (run && !run->outcome() && !server.job.busy()) return run->cancel();
@@ -93,7 +93,7 @@ struct Dispatch {
   void operator()(const CarveExample& m) const { server.carve_example(page, m.name); }
   void operator()(const RunExperiment& m) const { server.run_experiment(page, m); }
 
-  // Of the page that holds the tool, on the open document.
+  // Messages of the page that holds the tool, for the open document.
   void operator()(const Aim& m) const {
     carve([&](LiveSession& s) { s.aim(m.tip, m.axis, m.time); });
   }
@@ -210,32 +210,32 @@ struct Dispatch {
     const Body& body = server.session->active_body();
     std::vector<double> densities;
     densities.reserve(server.session->materials().size() + 1);
-    for (const Material& m : server.session->materials()) densities.push_back(density_of(m.name));
+    for (const Material& m : server.session->materials()) densities.push_back(m.density_kg_m3);
     if (densities.empty()) densities.push_back(0);
     const MassProperties mass = mass_of(body.model, densities);
-    Mass said;
-    said.body = static_cast<uint32_t>(body.id);
-    for (const double volume : mass.volume_mm3) said.volume += volume;
-    said.mass = mass.mass_g;
-    if (said.volume > 0) said.centre = body.pose.to_world(mass.centre_mm);
-    page.send(encode(said));
+    Mass reply;
+    reply.body = static_cast<uint32_t>(body.id);
+    for (const double volume : mass.volume_mm3) reply.volume += volume;
+    reply.mass = mass.mass_g;
+    if (reply.volume > 0) reply.centre = body.pose.to_world(mass.centre_mm);
+    page.send(encode(reply));
   }
   void operator()(const PreviewAction& m) const {
     LiveSession* const live = server.live();
     if (!live) return;
-    Previewed said;
+    Previewed reply;
     if (m.action.empty()) {
       live->end_preview();
     } else if (const Result<BodyAction> action = action_from_json(m.action); !action) {
-      said.error = action.error();
+      reply.error = action.error();
     } else if (const auto forces = live->preview(action.value()); !forces) {
-      said.error = forces.error();
+      reply.error = forces.error();
     } else {
       nlohmann::json list = nlohmann::json::array();
       for (const Vec3& f : forces.value()) list.push_back({f.x(), f.y(), f.z()});
-      said.forces = list.dump();
+      reply.forces = list.dump();
     }
-    page.send(encode(said));
+    page.send(encode(reply));
   }
   void operator()(const ChooseReach& m) const {
     choose([&](LiveSession& s) {
@@ -263,7 +263,7 @@ struct Dispatch {
     choose([&](LiveSession& s) -> Status {
       const Result<Tool> tool = tool_from_json(m.tool);
       if (!tool) return Error{tool.error()};
-      // A mesh is none of a page's own: ChooseStamp makes it.
+      // A page cannot send a mesh: ChooseStamp makes it.
       if (std::holds_alternative<MeshTool>(tool.value())) return Error{"choose a stamp"};
       return hold(s, tool.value());
     });
@@ -313,9 +313,9 @@ void Server::State::on_message(WebSocketClient& page, const FromPage& message) {
       std::holds_alternative<TakeTool>(message) || std::holds_alternative<AskMethod>(message) ||
       std::holds_alternative<ShowRemains>(message) || std::holds_alternative<ShowFaults>(message);
   if (!of_any_page) {
-    // Where no document is open, the page that begins one takes the tool.
+    // If no document is open, the page that opens one gets the tool.
     if (!session && holder != &page) hold(&page);
-    if (holder != &page) return;  // it only watches
+    if (holder != &page) return;  // this page only watches
   }
   std::visit(Dispatch{*this, page}, message);
 }

@@ -8,7 +8,7 @@
 namespace kibori::studio {
 namespace {
 
-// Takes as long whatever is alike.
+// Compares in constant time, independent of the position of a difference.
 bool same(std::string_view a, std::string_view b) {
   if (a.size() != b.size()) return false;
   unsigned differ = 0;

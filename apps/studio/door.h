@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Who may come in. The token of the address that is printed is exchanged, once, for a key, which is
-// shown from then on. Internal to apps/studio.
+// Access control. A browser exchanges the token of the printed address once for a key, and shows
+// the key from then on. Internal to apps/studio.
 #pragma once
 
 #include <cstddef>
@@ -18,14 +18,14 @@ class Guest;
 
 class Door {
  public:
-  // At most `known` connections that have shown the key, and `strangers` that have not.
+  // `known`: max number of connections that have shown the key. `strangers`: max number of others.
   Door(size_t known, size_t strangers)
       : max_known_(known), max_strangers_(strangers), token_(random_hex()), key_(random_hex()) {}
 
   const std::string& token() const { return token_; }
-  // The key for the token, which is then used, or for the key itself; empty where both are wrong. A
-  // token that was used gets nothing, but `on_new_token` hears the next one: whoever has it could
-  // read the terminal.
+  // Returns the key for the valid token or for the key itself, else an empty text. A token works
+  // once. If the used token comes again, `on_new_token` receives a new token, to be printed in the
+  // terminal. A client that knows the used token can read the terminal anyway.
   std::string enter(std::string_view token, std::string_view key);
   bool is_key(std::string_view key) const;
 
@@ -37,12 +37,12 @@ class Door {
   const size_t max_known_, max_strangers_;
   std::string token_, used_token_;
   const std::string key_;
-  std::list<Guest*> strangers_;  // the first came first
+  std::list<Guest*> strangers_;  // oldest first
   size_t known_ = 0;
 };
 
-// A connection while it is there: a stranger until it has shown the key. Where strangers are too
-// many, the one that came first goes: who only connects keeps nobody out.
+// A connection. It is a stranger until it has shown the key. If there are too many strangers, the
+// oldest one is disconnected. So a client that only connects keeps nobody out.
 class Guest {
  public:
   // `leave` ends the connection.
@@ -50,9 +50,9 @@ class Guest {
   ~Guest();
   Guest(const Guest&) = delete;
 
-  // It has shown the key. false: there are too many that have.
+  // The connection has shown the key. Returns false if too many connections have.
   bool welcome();
-  // How it ends, from now on.
+  // Replaces the callback that ends the connection.
   void leave_by(std::function<void()> leave) { leave_ = std::move(leave); }
 
  private:

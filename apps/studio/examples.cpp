@@ -10,7 +10,7 @@
 namespace kibori::studio {
 namespace {
 
-// The first sentence of what a scene says of itself, or what stands before its colon.
+// The first sentence of a scene's first comment, or the part before a colon.
 std::string first_comment(const std::string& text) {
   std::string about;
   for (size_t at = 0; at < text.size() && text[at] == '#';) {

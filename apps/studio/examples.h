@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Scenes that come with the program, to be carved or watched.
+// The scenes embedded in the program, to carve or to watch.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 namespace kibori::studio {
 
 struct Example {
-  std::string name, about, scene;  // `about`: a few words; `scene`: its text
+  std::string name, about, scene;  // `about`: a few words; `scene`: the TOML text
 };
 const std::vector<Example>& examples();
 

@@ -14,9 +14,8 @@
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket/rfc6455.hpp>
 
-#include <nlohmann/json.hpp>
-
 #include <kibori/base/file.h>
+#include <kibori/base/json.h>
 #include <kibori/report/convert.h>
 #include <kibori/run/documents.h>
 #include <kibori/report/export.h>
@@ -38,11 +37,11 @@ namespace websocket = beast::websocket;
 using Clock = Server::State::Clock;
 
 constexpr auto kLinger = std::chrono::seconds(2);
-constexpr auto kTransfer = std::chrono::minutes(10);  // of a file
+constexpr auto kTransfer = std::chrono::minutes(10);  // limit for one file
 
 std::string_view view(beast::string_view text) { return {text.data(), text.size()}; }
 
-// What follows "Bearer " (RFC 6750); empty where it is otherwise.
+// The credentials after "Bearer " (RFC 6750). Empty for any other scheme.
 std::string_view bearer(std::string_view authorization) {
   constexpr std::string_view kScheme = "Bearer ";
   return authorization.substr(0, kScheme.size()) == kScheme ? authorization.substr(kScheme.size())
@@ -60,8 +59,7 @@ const char* mime(std::string_view path) {
   return "application/octet-stream";
 }
 
-// The value of `name` in the target's query, unescaped; empty where it is not there, or is escaped
-// wrongly.
+// The unescaped value of `name` in the target's query. Empty if it is missing or badly escaped.
 std::string query(std::string_view target, std::string_view name) {
   const size_t mark = target.find('?');
   std::string_view rest =
@@ -98,7 +96,7 @@ std::optional<double> number(const std::string& text) {
   return value;
 }
 
-// "1:4,2:0": label 1 is of material 4, label 2 of material 0.
+// Parses "1:4,2:0": label 1 has material 4, label 2 has material 0.
 std::optional<std::map<uint16_t, uint8_t>> labels_of(const std::string& text) {
   std::map<uint16_t, uint8_t> labels;
   const char *at = text.data(), *const end = at + text.size();
@@ -131,15 +129,16 @@ Result<std::unique_ptr<Session>> open_copy(const std::filesystem::path& from,
   return opened;
 }
 
-// The file is called otherwise where it came from.
-Error said_of(const std::string& name, const std::filesystem::path& path, std::string why) {
+// Replaces the temporary path in an error by the user's file name.
+Error with_original_name(const std::string& name, const std::filesystem::path& path,
+                         std::string why) {
   const std::string here = path.string(), there = sanitize_message(name);
   for (size_t at = 0; (at = why.find(here, at)) != std::string::npos; at += there.size())
     why.replace(at, here.size(), there);
   return Error{why};
 }
 
-// One connection.
+// One HTTP connection.
 class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
  public:
   HttpConnection(asio::ip::tcp::socket socket, Server::State& server);
@@ -148,28 +147,28 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
  private:
   using Status = http::status;
   void answer();
-  // The key, for who has the token.
-  void let_in();
-  // A file to carve, into the temporary folder. A document is opened at once; of anything else the
-  // answer says what it seems to be (JSON of import_report.h, and its id), and it waits there.
+  // Sends the key in exchange for the token.
+  void admit();
+  // Receives a file into the temporary folder. A document is opened at once. For other files the
+  // answer describes them (JSON of import_report.h and an id), and the file waits.
   void take_import();
   void open_brought();
   bool may_import();
   void look_at_import();
-  // Requests on this page's import: preview, drop, make a document.
+  // Requests about this page's import: preview, drop, make a document.
   void send_preview();
   void drop_import();
   void make_import();
   void make_body(const Import& import, const FileStock& how);
-  // null, and answered, where the page or the file is not there.
+  // Null if the page or its file is missing. The request is then answered.
   const Import* waiting();
   void send_export();
   void send_thumbnail();
   void send_spline();
   void send_file(const std::filesystem::path& path);
   void respond(Status status, std::string body, const char* type = "text/plain; charset=utf-8");
-  // `body` lives as long as the program.
-  void say_bundled(std::string_view body, const char* type);
+  // `body` must live as long as the program.
+  void send_bundled(std::string_view body, const char* type);
   template <class Body>
   void write(http::response<Body>& response);
   void close();
@@ -178,11 +177,11 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   beast::tcp_stream stream_;
   Server::State& server_;
   std::shared_ptr<Guest> guest_;
-  std::shared_ptr<void> room_;  // for what is brought
+  std::shared_ptr<void> room_;  // reserved space for an upload
   beast::flat_buffer buffer_{16384};
   std::optional<http::request_parser<http::empty_body>> parser_;
   std::optional<http::request_parser<http::file_body>> import_;
-  std::shared_ptr<TemporaryFolder> folder_;  // of what is brought
+  std::shared_ptr<TemporaryFolder> folder_;  // of an upload
   std::string name_;                         // of that file
   std::string target_;
   bool keep_alive_ = false;
@@ -204,7 +203,7 @@ HttpConnection::HttpConnection(asio::ip::tcp::socket socket, Server::State& serv
 
 void HttpConnection::read() {
   parser_.emplace();
-  parser_->header_limit(32768);  // cookies of other ports of this machine come along
+  parser_->header_limit(32768);  // cookies of other ports of this machine are sent too
   parser_->body_limit(server_.limits.import_bytes);
   stream_.expires_after(std::chrono::duration_cast<Clock::duration>(
       std::chrono::duration<double>(server_.limits.header_s)));
@@ -223,7 +222,7 @@ void HttpConnection::answer() {
   const bool body = parser_->content_length().value_or(0) > 0 || parser_->chunked();
   keep_alive_ = request.keep_alive() && !body;
   const std::string_view target = target_, host = view(request[http::field::host]);
-  // A name that leads here from elsewhere is not ours.
+  // Refuse other host names that resolve to this machine (DNS rebinding).
   if (request.count(http::field::host) != 1 || (host != server_.host && host != server_.local_host))
     return respond(Status::misdirected_request, "this is not the server that was asked for\n");
   const std::string_view origin = view(request[http::field::origin]);
@@ -238,11 +237,11 @@ void HttpConnection::answer() {
   if (method != http::verb::get && !change && !enter)
     return respond(Status::method_not_allowed, "only GET, but for /enter, /import and /make\n");
   if (body && !import) return respond(Status::bad_request, "nothing can be sent to this address\n");
-  // Another server on this machine counts as the same site, and is no more welcome.
+  // Other servers on this machine count as the same site. Refuse them too.
   const std::string_view from = view(request["Sec-Fetch-Site"]);
   if (path_of(target) != "/" && !from.empty() && from != "same-origin" && from != "none")
     return respond(Status::forbidden, "asked for by another site\n");
-  if (enter) return own ? let_in() : respond(Status::forbidden, "asked for by another site\n");
+  if (enter) return own ? admit() : respond(Status::forbidden, "asked for by another site\n");
   if (target == "/ws") {
     if (!websocket::is_upgrade(request)) return respond(Status::upgrade_required, "a WebSocket\n");
     if (!own) return respond(Status::forbidden, "asked for by another site\n");
@@ -254,7 +253,7 @@ void HttpConnection::answer() {
     const std::string_view path = path_of(target) == "/" ? std::string_view("/index.html") : target;
     for (const BundledFile& file : bundle())
       if (path == file.path)
-        return say_bundled({reinterpret_cast<const char*>(file.data), file.size}, mime(path));
+        return send_bundled({reinterpret_cast<const char*>(file.data), file.size}, mime(path));
   }
   if (!server_.door.is_key(bearer(view(request[http::field::authorization]))))
     return respond(Status::forbidden,
@@ -271,7 +270,7 @@ void HttpConnection::answer() {
   respond(Status::not_found, "there is no such file\n");
 }
 
-void HttpConnection::let_in() {
+void HttpConnection::admit() {
   const std::string key = server_.door.enter(
       query(target_, "token"), bearer(view(parser_->get()[http::field::authorization])));
   if (key.empty())
@@ -333,7 +332,7 @@ void HttpConnection::open_brought() {
        how = server_.how](std::atomic<double>&) -> Result<std::unique_ptr<Session>> {
         const std::filesystem::path from = folder->path() / ("import" + ending_of(name));
         auto made = open_copy(from, to, how);
-        if (!made) return said_of(name, from, made.error());
+        if (!made) return with_original_name(name, from, made.error());
         return made;
       });
   if (!opened) return respond(Status::conflict, opened.error() + "\n");
@@ -343,11 +342,12 @@ void HttpConnection::open_brought() {
   respond(Status::accepted, "");
 }
 
-// A file becomes a document; or, where one is open that this page carves, a body of that.
+// A file becomes a document. If this page carves in an open document, it becomes a body there.
 bool HttpConnection::may_import() {
   const bool carves = server_.live() && server_.page_of(query(target_, "page")) == server_.holder;
   if ((!server_.session || carves) && !server_.job.busy()) return true;
-  respond(Status::conflict, "a document is open, or something is under way\n");
+  respond(Status::conflict,
+          "a document is open, or another job is running; close the document or wait\n");
   return false;
 }
 
@@ -364,11 +364,11 @@ void HttpConnection::look_at_import() {
                  std::string json;
                  if (report) {
                    import.preview = import_preview(report.value());
-                   nlohmann::json about = nlohmann::json::parse(import_report_json(report.value()));
+                   nlohmann::json about = parse_json(import_report_json(report.value()));
                    about["import"] = import.id;
                    json = about.dump();
                  } else {
-                   read = said_of(name, import.path(), report.error());
+                   read = with_original_name(name, import.path(), report.error());
                  }
                  return [self, import, read, json](bool wanted) mutable {
                    self->stream_.expires_after(kTransfer);
@@ -404,7 +404,7 @@ void HttpConnection::send_preview() {
 }
 
 void HttpConnection::drop_import() {
-  // One that is gone already, as when the page's next file came in first, is dropped as asked.
+  // A file that is already gone counts as dropped, for example after the page's next upload.
   const WebSocketClient* const page = server_.page_of(query(target_, "page"));
   if (page && server_.imports.find(page, query(target_, "import"))) server_.imports.drop(page);
   respond(Status::no_content, "");
@@ -444,17 +444,17 @@ void HttpConnection::make_import() {
   const Result<std::filesystem::path> place = server_.library.place_for(
       called.empty() ? std::filesystem::path(name).stem().string() : called);
   if (!place) return respond(Status::insufficient_storage, place.error() + "\n");
-  // Who begins where nothing is held holds it.
+  // The page that makes the first document holds the tool.
   server_.hold(server_.page_of(query(target_, "page")));
   const kibori::Status opened = server_.open(
       "Making the stock", place.value(),
-      // The folder stays while it is read, whatever becomes of the page.
+      // The lambda keeps the folder alive while it reads, even if the page closes.
       [folder = import->folder, from = import->path(), name, how, to = place.value(),
        options = server_.how](std::atomic<double>&) -> Result<std::unique_ptr<Session>> {
         const Result<Scene> scene = file_scene(from, how);
-        if (!scene) return said_of(name, from, scene.error());
+        if (!scene) return with_original_name(name, from, scene.error());
         auto made = create_session(to, scene.value(), options);
-        if (!made) return said_of(name, from, made.error());
+        if (!made) return with_original_name(name, from, made.error());
         return made;
       },
       [self = shared_from_this()](const kibori::Status& made) {
@@ -466,7 +466,7 @@ void HttpConnection::make_import() {
   if (!opened) respond(Status::conflict, opened.error() + "\n");
 }
 
-// The file's shape, in the middle of the body that is worked on.
+// Adds the file's shape in the middle of the active body.
 void HttpConnection::make_body(const Import& import, const FileStock& how) {
   if (!may_import()) return;
   BodyAdd add;
@@ -486,8 +486,9 @@ void HttpConnection::make_body(const Import& import, const FileStock& how) {
                    LiveSession* const live = self->server_.live();
                    if (!wanted || !live) return self->respond(Status::gone, "");
                    if (!shape)
-                     return self->respond(Status::unprocessable_entity,
-                                          said_of(name, from, shape.error()).message + "\n");
+                     return self->respond(
+                         Status::unprocessable_entity,
+                         with_original_name(name, from, shape.error()).message + "\n");
                    add.tool = std::move(shape).value();
                    live->act({{}, add});
                    self->server_.imports.drop(self->server_.page_of(query(self->target_, "page")));
@@ -500,7 +501,7 @@ void HttpConnection::send_export() {
   const std::string format = query(target_, "format");
   const double tolerance = number(query(target_, "tolerance")).value_or(0);
   if (!server_.session) return respond(Status::conflict, "no document is open\n");
-  if (server_.job.busy()) return respond(Status::conflict, "something is under way; wait for it\n");
+  if (server_.job.busy()) return respond(Status::conflict, "another job is running; wait for it\n");
   if (!(tolerance >= 0 && tolerance <= 1000))
     return respond(Status::bad_request, "the tolerance can't be that\n");
   const auto made = TemporaryFolder::make();
@@ -514,7 +515,7 @@ void HttpConnection::send_export() {
     self->send_file(path);
   };
   if (format == "kibori") {
-    // Written by the document writer, between two strokes.
+    // The document writer writes it between two strokes.
     const auto promise = std::make_shared<std::promise<kibori::Status>>();
     server_.work("Writing " + format,
                  [written = std::make_shared<std::future<kibori::Status>>(promise->get_future()),
@@ -523,7 +524,7 @@ void HttpConnection::send_export() {
                    try {
                      outcome = written->get();
                    } catch (const std::future_error&) {
-                     // Nobody is left to write it.
+                     // The writer is gone.
                    }
                    return [sent, outcome](bool wanted) { sent(outcome, wanted); };
                  });
@@ -531,23 +532,23 @@ void HttpConnection::send_export() {
         path, [promise](const kibori::Status& written) { promise->set_value(written); });
     return;
   }
-  std::function<kibori::Status(const kibori::Bodies&, const Snapshot&)> make;
+  std::function<kibori::Status(const kibori::BodyList&, const Snapshot&)> make;
   if (is_one_of(kMeshesWritten, "." + format)) {
     std::vector<Rgb> colors;
     for (const Material& m : server_.session->materials()) colors.push_back(m.color);
-    make = [path, colors, tolerance](const kibori::Bodies& bodies,
+    make = [path, colors, tolerance](const kibori::BodyList& bodies,
                                      const Snapshot&) -> kibori::Status {
       const Result<size_t> written = write_bodies(path, bodies.all, colors, tolerance, 1);
       return written ? kibori::Status(Ok{}) : kibori::Status(Error{written.error()});
     };
   } else if (format == "png") {
-    // These are of the one body that is worked on.
-    make = [path](const kibori::Bodies&, const Snapshot& model) -> kibori::Status {
+    // These formats contain only the active body.
+    make = [path](const kibori::BodyList&, const Snapshot& model) -> kibori::Status {
       const auto written = write_height_map(path, model);
       return written ? kibori::Status(Ok{}) : kibori::Status(Error{written.error()});
     };
   } else if (format == "zip") {
-    make = [path](const kibori::Bodies&, const Snapshot& model) {
+    make = [path](const kibori::BodyList&, const Snapshot& model) {
       return write_layers_zip(path, model, {});
     };
   } else {
@@ -575,7 +576,7 @@ void HttpConnection::send_thumbnail() {
       [&io = server_.io, sent](const Bytes& png) { asio::post(io, [sent, png] { sent(png); }); });
 }
 
-// The last spline that was applied, to be changed.
+// Sends the last applied spline, so that the page can edit it.
 void HttpConnection::send_spline() {
   LiveSession* const live = server_.live();
   if (!live) return respond(Status::conflict, "no document is carved\n");
@@ -611,7 +612,7 @@ void HttpConnection::respond(Status status, std::string body, const char* type) 
   write(response_);
 }
 
-void HttpConnection::say_bundled(std::string_view body, const char* type) {
+void HttpConnection::send_bundled(std::string_view body, const char* type) {
   response_ = {};
   response_.result(Status::ok);
   response_.set(http::field::content_type, type);
@@ -648,8 +649,7 @@ void HttpConnection::close() {
   drain();
 }
 
-// What is still on its way here is read and dropped for a moment: else the answer would be lost
-// with it.
+// Reads and drops the remaining input for a moment. Closing at once would lose the answer.
 void HttpConnection::drain() {
   buffer_.clear();
   stream_.async_read_some(buffer_.prepare(8192),

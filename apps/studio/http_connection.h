@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Connections over HTTP: each asks for files, brings one, or becomes a page's WebSocket. Internal
+// HTTP connections. Each one requests files, uploads one, or becomes a page's WebSocket. Internal
 // to apps/studio.
 #pragma once
 
@@ -9,7 +9,7 @@
 
 namespace kibori::studio {
 
-// Answers what comes over a connection until that ends. On the server's thread.
+// Answers the requests of a connection until it ends. Runs on the server's thread.
 void serve_http(boost::asio::ip::tcp::socket socket, Server::State& server);
 
 }  // namespace kibori::studio

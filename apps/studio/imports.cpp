@@ -6,17 +6,18 @@
 namespace kibori::studio {
 namespace {
 
-constexpr size_t kMaxFiles = 8;  // more windows than anyone chooses files in at a time
+constexpr size_t kMaxFiles = 8;  // more windows than a user imports with at a time
 constexpr auto kKept = std::chrono::hours(1);
 
 }  // namespace
 
 std::shared_ptr<void> Imports::room(uint64_t bytes) {
-  uint64_t taken = coming_;
+  uint64_t taken = uploading_bytes_;
   for (const auto& [page, waiting] : files_) taken += waiting.bytes;
   if (bytes > max_bytes_ - std::min(taken, max_bytes_)) return nullptr;
-  coming_ += bytes;
-  return {this, [bytes](void* imports) { static_cast<Imports*>(imports)->coming_ -= bytes; }};
+  uploading_bytes_ += bytes;
+  return {this,
+          [bytes](void* imports) { static_cast<Imports*>(imports)->uploading_bytes_ -= bytes; }};
 }
 
 Status Imports::add(const WebSocketClient* page, Import import) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Files that pages have brought and that are not documents yet: one a page, while its dialog asks
-// what to make of it. Internal to apps/studio.
+// Uploaded files that are not documents yet: one per page, while its dialog asks what to make.
+// Internal to apps/studio.
 #pragma once
 
 #include <chrono>
@@ -18,8 +18,8 @@ namespace kibori::studio {
 
 class WebSocketClient;
 
-// What a page may bring, besides meshes: a picture, which becomes a relief, a labelled volume, and
-// a document, which opens at once.
+// Accepted files in addition to meshes. A picture becomes a relief. A labelled volume becomes a
+// stock. A document opens at once.
 inline constexpr std::array<std::string_view, 3> kOtherImports{".png", ".nrrd", ".kibori"};
 constexpr bool is_import(std::string_view ending) {
   return is_one_of(kMeshesRead, ending) || is_one_of(kOtherImports, ending);
@@ -27,37 +27,36 @@ constexpr bool is_import(std::string_view ending) {
 
 struct Import {
   std::string id;
-  std::string name;  // as the person's computer calls the file
+  std::string name;  // the file's name on the user's computer
   std::shared_ptr<TemporaryFolder> folder;
   uint64_t bytes = 0;            // of the file
   std::vector<uint8_t> preview;  // see import_preview
   std::chrono::steady_clock::time_point since{};
 
-  // Where it lies.
+  // The path of the file.
   std::filesystem::path path() const { return folder->path() / ("import" + ending_of(name)); }
 };
 
 class Imports {
  public:
-  // All files together may have `max_bytes`.
+  // `max_bytes` limits the size of all files together.
   explicit Imports(uint64_t max_bytes) : max_bytes_(max_bytes) {}
 
-  // For a file that comes, kept for it until what is returned goes. null: there is not so much
-  // left.
+  // Reserves space for an upload until the returned handle is destroyed. Null: not enough space.
   std::shared_ptr<void> room(uint64_t bytes);
-  // In place of the page's last one. Errors: too many files wait, or too many bytes.
+  // Replaces the page's previous file. Errors: too many waiting files or bytes.
   Status add(const WebSocketClient* page, Import import);
-  // null: the page has no file of this id.
+  // Null if the page has no file with this id.
   const Import* find(const WebSocketClient* page, const std::string& id) const;
   void drop(const WebSocketClient* page) { files_.erase(page); }
   void drop_all() { files_.clear(); }
-  // Those that have waited longer than an hour.
+  // Drops files that have waited longer than an hour.
   void drop_old(std::chrono::steady_clock::time_point now);
 
  private:
   const uint64_t max_bytes_;
   std::map<const WebSocketClient*, Import> files_;
-  uint64_t coming_ = 0;  // bytes of files that are not all here
+  uint64_t uploading_bytes_ = 0;  // of uploads in progress
 };
 
 }  // namespace kibori::studio

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-// What takes long, on a thread of its own, so that the server goes on meanwhile: one at a time.
+// Runs long work on its own thread, so that the server continues. One job at a time.
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <string>
@@ -15,30 +16,29 @@ namespace kibori::studio {
 
 class Job {
  public:
-  // What is done with the outcome, on the server's thread; `wanted`: it was not cancelled
-  // meanwhile.
+  // Handles the result on the server's thread. `wanted`: the job was not cancelled meanwhile.
   using Then = std::function<void(bool wanted)>;
 
   explicit Job(boost::asio::io_context& io) : io_(io) {}
-  // Waits for running work; its Then is not called.
+  // Waits for all running work. Its Then is not called.
   ~Job();
 
-  // Whether nothing more can be started: something is under way, or too much that was cancelled has
-  // not ended.
+  // Whether no job can start: one is running, or too many cancelled ones have not ended yet.
   bool busy() const { return !what_.empty() || threads_.size() > 2; }
-  // What is under way; empty: nothing.
+  // The running job. Empty: none.
   const std::string& what() const { return what_; }
   bool cancellable() const { return cancellable_; }
-  // How much of it is done, 0 to 1; below 0: not known.
+  // Progress from 0 to 1. Below 0: unknown.
   double share() const { return share_ ? share_->load() : -1; }
-  // Calls work(share) on its thread, which may set that, and then what it returns. Only where it is
-  // not busy.
+  // Calls work(share) on a thread; `work` may set the progress. The server's thread then calls the
+  // returned Then. Requires !busy().
   void start(const std::string& what, bool cancellable,
              std::function<Then(std::atomic<double>&)> work);
-  // Nothing is under way any more: work goes on, but its outcome is not wanted.
+  // Cancels the running job. Its work continues, but its result is not wanted.
   void cancel();
-  // Waits until all threads have ended; their Then is not called.
-  void wait();
+  // Waits for work that cannot be cancelled, and at most `time` for other work. Its Then is not
+  // called. False if some work still runs.
+  bool end_within(std::chrono::milliseconds time);
 
  private:
   boost::asio::io_context& io_;
@@ -46,7 +46,12 @@ class Job {
   bool cancellable_ = true;
   std::shared_ptr<bool> wanted_;
   std::shared_ptr<std::atomic<double>> share_;
-  std::vector<std::thread> threads_;
+  struct Running {
+    std::thread thread;
+    bool cancellable = true;
+    std::shared_ptr<std::atomic<bool>> ended;
+  };
+  std::vector<Running> threads_;
 };
 
 }  // namespace kibori::studio

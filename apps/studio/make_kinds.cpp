@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-// Writes what files of other languages must know of the library's own lists:
-//   web/src/connection/kinds.ts  tools, modes and force models, for pages; all of the file
+// Writes the library's lists for other languages:
+//   web/src/connection/kinds.ts  tools, modes and force models, for pages; the whole file
 //   python/kibori/__init__.pyi   the classes of tool shapes, for type checkers; between two marks
-//   docs/scenes.md               the table of tool shapes, for people; between two marks
+//   docs/scenes.md               the tables of tool shapes and presets, for people; between marks
 //
-// Usage: make_kinds FILE... writes them; make_kinds --check FILE... writes nothing, and exits 1
-// where a FILE is not what would be written.
+// Usage: make_kinds FILE... writes them. make_kinds --check FILE... writes nothing, and exits with
+// 1 if a FILE is out of date.
 #include <cctype>
 #include <cstdio>
 #include <fstream>
@@ -18,6 +18,7 @@
 
 #include <kibori/base/tolerances.h>
 #include <kibori/report/force_report.h>
+#include <kibori/scene/tool_presets.h>
 #include <kibori/formats/mesh_format.h>
 #include <kibori/motion/tool_tick.h>
 #include <kibori/solid/tool.h>
@@ -62,11 +63,11 @@ std::string tool_table() {
 std::string tool_stubs() {
   std::string text, all;
   for (const char* shape : kibori::kToolShapes) {
-    std::string name = shape;  // "ball" is Ball
+    std::string name = shape;  // "ball" becomes Ball
     name[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(name[0])));
     all += "    " + name + ",\n";
     const kibori::Tool tool = *kibori::default_tool(shape);
-    if (std::holds_alternative<kibori::MeshTool>(tool)) continue;  // made of arrays
+    if (std::holds_alternative<kibori::MeshTool>(tool)) continue;  // it consists of arrays
     std::string fields;
     kibori::for_tool_numbers(tool, [&](const char* number_name, const auto& number) {
       constexpr bool one = std::is_same_v<decltype(number), const double&>;
@@ -77,10 +78,28 @@ std::string tool_stubs() {
   return text + "Shape = Union[\n" + all + "]\n";
 }
 
-// `text` with the lines between its two marks replaced; nothing if it has no marks.
-std::optional<std::string> with_part(const std::string& text, const std::string& part) {
-  const size_t mark = text.find("Tool shapes, made by apps/studio/make_kinds.cpp"),
-               end = text.find("End of the tool shapes.");
+std::string preset_table() {
+  std::string text = "| `preset` | for | tool |\n|---|---|---|\n";
+  for (const kibori::ToolPreset& preset : kibori::tool_presets()) {
+    std::string numbers;
+    kibori::for_tool_numbers(preset.tool, [&](const char* name, const auto& number) {
+      if constexpr (std::is_same_v<decltype(number), const double&>) {
+        char value[64];
+        std::snprintf(value, sizeof value, ", `%s` %g", name, number);
+        numbers += value;
+      }
+    });
+    text += "| `\"" + std::string(preset.name) + "\"` | " + std::string(preset.use) + " | `\"" +
+            kibori::shape_of(preset.tool) + "\"`" + numbers + " |\n";
+  }
+  return text;
+}
+
+// `text` with the lines between its two marks replaced. Nothing if it has no marks.
+std::optional<std::string> with_part(const std::string& text, const std::string& part,
+                                     const std::string& what = "shapes") {
+  const size_t mark = text.find("Tool " + what + ", made by apps/studio/make_kinds.cpp"),
+               end = text.find("End of the tool " + what + ".");
   if (mark == std::string::npos || end == std::string::npos || end < mark) return std::nullopt;
   const size_t from = text.find('\n', mark) + 1, to = text.rfind('\n', end) + 1;
   return text.substr(0, from) + part + text.substr(to);
@@ -126,10 +145,13 @@ std::string kinds() {
          std::to_string(kibori::kMaxMaterials) + ";\n";
 }
 
-// What a file that holds `text` should hold; nothing if it has no place for it.
+// The new content of a file that contains `text`. Nothing if it has no place for it.
 std::optional<std::string> made(std::string_view path, const std::string& text) {
   if (path.ends_with(".pyi")) return with_part(text, tool_stubs());
-  if (path.ends_with(".md")) return with_part(text, tool_table());
+  if (path.ends_with(".md")) {
+    const std::optional<std::string> with_shapes = with_part(text, tool_table());
+    return with_shapes ? with_part(*with_shapes, preset_table(), "presets") : std::nullopt;
+  }
   return kinds();
 }
 

@@ -13,10 +13,10 @@
 
 namespace kibori::studio {
 
-inline constexpr uint16_t kProtocolVersion = 18;
+inline constexpr uint16_t kProtocolVersion = 20;
 
 // The first message of a page, with the key that POST /enter gave for the token. Welcome or Start
-// answers; where the key is another one, the line is closed with code 1008.
+// answers. A wrong key closes the connection with code 1008.
 struct Hello {
   static constexpr uint8_t kKind = 1;
   uint16_t version = 0;
@@ -29,9 +29,9 @@ struct Hello {
     f(version, key);
   }
 };
-// Where the tool's tip is wanted [mm], and its axis, from the tip up; time [s] of the pointer's
-// event, by the page's clock. After Press the tool follows these places one after another, as their
-// times say.
+// The wanted position of the tool's tip [mm], and its axis from the tip up. The time [s] is that of
+// the pointer's event on the page's clock. After Press the tool follows these positions one after
+// another, at their times.
 struct Aim {
   static constexpr uint8_t kKind = 2;
   Vec3 tip = Vec3::Zero();
@@ -47,8 +47,8 @@ struct Aim {
     f(tip, axis, time);
   }
 };
-// A stroke begins at `tip`: the tool backs out from there along its axis until it is clear of
-// material, and comes in again. time: as of Aim.
+// Begins a stroke at `tip`. The tool backs out from there along its axis until it is clear of
+// material, and comes in again. time: as in Aim.
 struct Press {
   static constexpr uint8_t kKind = 3;
   Vec3 tip = Vec3::Zero();
@@ -65,31 +65,31 @@ struct Press {
     f(tip, axis, mode, time);
   }
 };
-// The stroke is over, once the tool has been everywhere that it was aimed to.
+// Ends the stroke after the tool has followed all aims.
 struct Lift {
   static constexpr uint8_t kKind = 4;
   template <class F>
   void fields([[maybe_unused]] F&& f) {}
 };
-// The stroke that is being made is as if it had not been.
+// Discards the current stroke.
 struct Cancel {
   static constexpr uint8_t kKind = 5;
   template <class F>
   void fields([[maybe_unused]] F&& f) {}
 };
-// One step back.
+// Goes one step back.
 struct Undo {
   static constexpr uint8_t kKind = 6;
   template <class F>
   void fields([[maybe_unused]] F&& f) {}
 };
-// One step forth.
+// Goes one step forward.
 struct Redo {
   static constexpr uint8_t kKind = 7;
   template <class F>
   void fields([[maybe_unused]] F&& f) {}
 };
-// The tool that is held from now on.
+// Sets the tool.
 struct ChooseTool {
   static constexpr uint8_t kKind = 8;
   std::string tool;
@@ -101,9 +101,9 @@ struct ChooseTool {
     f(tool);
   }
 };
-// The hand's strength [N], 20 to 1000; the stiffness between hand and tool [N/mm], 0: what suits a
-// pointer or the device; powered: 1 where a motor turns the tool, and the hand bears a tenth of the
-// cut; 2 where a press drives it, and the hand bears a hundredth.
+// The hand's strength [N], 20 to 1000. The stiffness between hand and tool [N/mm]; 0: the default
+// of the pointer or the device. powered: 1 if a motor turns the tool, and the hand receives a tenth
+// of the cutting force; 2 if a press drives it, and the hand receives a hundredth.
 struct ChooseHand {
   static constexpr uint8_t kKind = 9;
   double strength = 0;
@@ -119,7 +119,7 @@ struct ChooseHand {
     f(strength, stiffness, powered);
   }
 };
-// The page has taken this frame of chunks in, and can take the next.
+// The page has received this frame of chunks and can take the next.
 struct Got {
   static constexpr uint8_t kKind = 10;
   uint32_t frame = 0;
@@ -128,15 +128,15 @@ struct Got {
     f(frame);
   }
 };
-// This page wants to hold the tool; the others then watch.
+// This page wants to hold the tool. The other pages then watch.
 struct TakeTool {
   static constexpr uint8_t kKind = 11;
   template <class F>
   void fields([[maybe_unused]] F&& f) {}
 };
-// A new document, where none is open. shape: 0 block, 1 log, 2 ball. size [mm]: of its box; the
-// log's and the ball's diameter is x, the log's length z. pitch [mm]. material: a number of
-// Start's. An empty name: the time.
+// Makes a new document if none is open. shape: 0 block, 1 log, 2 ball. size [mm]: of its box; x is
+// the diameter of the log and the ball, and z is the log's length. pitch [mm]. material: an index
+// of Start's materials. An empty name: the time.
 struct Begin {
   static constexpr uint8_t kKind = 12;
   uint8_t shape = 0;
@@ -155,7 +155,7 @@ struct Begin {
     f(shape, size, pitch, material, name);
   }
 };
-// One of Start's documents, where none is open.
+// Opens one of Start's documents if none is open.
 struct Open {
   static constexpr uint8_t kKind = 13;
   std::string name;
@@ -167,13 +167,13 @@ struct Open {
     f(name);
   }
 };
-// The document is saved and closed; Start follows.
+// Saves and closes the document. Start follows.
 struct Leave {
   static constexpr uint8_t kKind = 14;
   template <class F>
   void fields([[maybe_unused]] F&& f) {}
 };
-// To a step of the history.
+// Goes to a step of the history.
 struct Go {
   static constexpr uint8_t kKind = 15;
   uint32_t step = 0;
@@ -182,7 +182,7 @@ struct Go {
     f(step);
   }
 };
-// Gives the step where the document stands a name.
+// Names the current step.
 struct NameVersion {
   static constexpr uint8_t kKind = 16;
   std::string name;
@@ -194,7 +194,7 @@ struct NameVersion {
     f(name);
   }
 };
-// A small picture of a step (PNG, 64 kB at most).
+// A small picture of a step (PNG, at most 64 kB).
 struct KeepThumbnail {
   static constexpr uint8_t kKind = 17;
   uint32_t step = 0;
@@ -207,7 +207,7 @@ struct KeepThumbnail {
     f(step, png);
   }
 };
-// What is added: a number of Welcome's materials.
+// The material to add: an index of Welcome's materials.
 struct ChooseMaterial {
   static constexpr uint8_t kKind = 18;
   uint8_t material = 0;
@@ -216,7 +216,7 @@ struct ChooseMaterial {
     f(material);
   }
 };
-// How motion becomes force.
+// The force model.
 struct ChooseModel {
   static constexpr uint8_t kKind = 19;
   ForceModel model = ForceModel::series;
@@ -225,13 +225,13 @@ struct ChooseModel {
     f(model);
   }
 };
-// What Work tells of is not to be.
+// Cancels the job that Work reports.
 struct CancelWork {
   static constexpr uint8_t kKind = 20;
   template <class F>
   void fields([[maybe_unused]] F&& f) {}
 };
-// One of Start's examples is carved as a new document, where none is open.
+// Carves one of Start's examples as a new document if none is open.
 struct CarveExample {
   static constexpr uint8_t kKind = 21;
   std::string name;
@@ -243,9 +243,9 @@ struct CarveExample {
     f(name);
   }
 };
-// Where all that the tool does is done again, about the lattice's middle: planes in which it is
-// mirrored (bits 1 normal to x, 2 to y, 4 to z), and how many times it goes around the axis (0 x, 1
-// y, 2 z) in equal parts of a turn; 1: no more than itself.
+// Repeats everything that the tool does about the lattice's middle. planes: mirror planes (bits 1
+// normal to x, 2 to y, 4 to z). fold: the number of repetitions about the axis (0 x, 1 y, 2 z) in
+// equal parts of a turn; 1: no repetition.
 struct ChooseSymmetry {
   static constexpr uint8_t kKind = 22;
   uint8_t planes = 0;
@@ -282,7 +282,7 @@ struct Arm {
     f(armed);
   }
 };
-// A force device's tool is here from now on [mm], wherever the hand is.
+// Moves a force device's tool to this position [mm], independent of the hand.
 struct BringTool {
   static constexpr uint8_t kKind = 25;
   Vec3 tip = Vec3::Zero();
@@ -294,7 +294,7 @@ struct BringTool {
     f(tip);
   }
 };
-// How far the tool goes for a mm of a force device's hand.
+// The tool's distance per mm of a force device's hand.
 struct ChooseReach {
   static constexpr uint8_t kKind = 26;
   double scale = 0;
@@ -306,9 +306,9 @@ struct ChooseReach {
     f(scale);
   }
 };
-// A scene (TOML, without files) is carved to be looked at, where nothing is open; Trace follows.
-// model: its name, or empty: as the scene says. pace: 1 the scene's own time, 4 four times as fast,
-// 0 as fast as it goes.
+// Carves a scene (TOML, without files) for watching if nothing is open. Trace follows. model: its
+// name, or empty for the scene's own. pace: 1 the scene's own time, 4 four times as fast, 0 as fast
+// as possible.
 struct RunExperiment {
   static constexpr uint8_t kKind = 27;
   std::string name;
@@ -325,7 +325,7 @@ struct RunExperiment {
     f(name, scene, model, pace);
   }
 };
-// How far the tool is turned about its own axis from the next place on [rad].
+// The tool's rotation about its own axis from the next position on [rad].
 struct ChooseTurn {
   static constexpr uint8_t kKind = 28;
   double turn = 0;
@@ -337,17 +337,17 @@ struct ChooseTurn {
     f(turn);
   }
 };
-// A blow of a mallet (3 J) on the tool that cuts: it is driven on along its aim.
+// A blow of a mallet (3 J) on the cutting tool, which drives it on along its aim.
 struct Strike {
   static constexpr uint8_t kKind = 29;
   template <class F>
   void fields([[maybe_unused]] F&& f) {}
 };
-// The brush of modes that reshape, from the next stroke on: radius [mm]; strength, below 0 for
-// inflate only; falloff 0 smooth, 1 linear, 2 constant; keep: 1 where smoothing and grabbing keep
-// the volume; the colour of paint; and what flatten goes to: plane 0 that under the stroke's
-// beginning, 1 that under each dab, 2 the one through the point [mm] with that normal; of thrown
-// clay, how far a second finger stands across the wall [mm], 0: there is none.
+// The brush of reshaping modes from the next stroke on. radius [mm]. strength: negative only for
+// inflate. falloff: 0 smooth, 1 linear, 2 constant. keep: 1 if smoothing and grabbing keep the
+// volume. red, green, blue: the colour of paint. plane: the plane for flatten; 0 under the stroke's
+// beginning, 1 under each dab, 2 through the point [mm] with that normal. wall: the distance of a
+// second finger across a thrown wall [mm]; 0: there is none.
 struct ChooseBrush {
   static constexpr uint8_t kKind = 30;
   double radius = 0;
@@ -376,9 +376,9 @@ struct ChooseBrush {
     f(radius, strength, falloff, keep, red, green, blue, plane, point, normal, wall);
   }
 };
-// What the rays of one field (axis 0 x, 1 y, 2 z) find near a place [mm]: in the cube of that half
-// side, every so-manyth ray both ways. Method answers once, no sooner than 33 ms after the last
-// answer; a newer question takes the place of one that waits.
+// Asks for the rays of one field (axis 0 x, 1 y, 2 z) near a position [mm]. They are in the cube
+// with half side `radius`, every `every`-th ray in both directions. Method answers once, at least
+// 33 ms after the last answer. A newer question replaces a waiting one.
 struct AskMethod {
   static constexpr uint8_t kKind = 31;
   uint8_t axis = 0;
@@ -396,7 +396,7 @@ struct AskMethod {
     f(axis, centre, radius, every);
   }
 };
-// What is done with bodies, as a step, as documents keep it: {"verb":"join","bodies":[1,2]}.
+// Runs an action on bodies as a step, in the form of documents: {"verb":"join","bodies":[1,2]}.
 struct ActOnBodies {
   static constexpr uint8_t kKind = 32;
   std::string action;
@@ -408,7 +408,7 @@ struct ActOnBodies {
     f(action);
   }
 };
-// The body that strokes go to from now on.
+// Makes a body the active one, which strokes change.
 struct ChooseBody {
   static constexpr uint8_t kKind = 33;
   uint32_t body = 0;
@@ -417,8 +417,8 @@ struct ChooseBody {
     f(body);
   }
 };
-// What becomes of pieces that a stroke severs: 0 those under a tenth fall away and larger ones
-// become bodies, 1 they stay, 2 fall away, 3 become bodies.
+// What happens to pieces that a stroke severs: 0 those under a tenth fall away and larger ones
+// become bodies, 1 they stay, 2 they fall away, 3 they become bodies.
 struct ChooseCrumbs {
   static constexpr uint8_t kKind = 34;
   uint8_t rule = 0;
@@ -430,8 +430,8 @@ struct ChooseCrumbs {
     f(rule);
   }
 };
-// Whether the body that is worked on is shown in colours that tell how far its surface is from what
-// is no-go; Remains tells the numbers.
+// Whether the active body's colours show the distance of its surface from the protected region.
+// Remains reports the numbers.
 struct ShowRemains {
   static constexpr uint8_t kKind = 35;
   uint8_t shown = 0;
@@ -443,8 +443,8 @@ struct ShowRemains {
     f(shown);
   }
 };
-// What this would come to is shown from now on, and is no step; text as of ActOnBodies, or empty:
-// no more. Previewed answers.
+// Shows the result of an action without a step. Text as in ActOnBodies, or empty to end the
+// preview. Previewed answers.
 struct PreviewAction {
   static constexpr uint8_t kKind = 36;
   std::string action;
@@ -456,8 +456,8 @@ struct PreviewAction {
     f(action);
   }
 };
-// What was done with bodies in a step, on the way to head, is done otherwise: text as of
-// ActOnBodies. A new step beside it, and what followed up to head done again after it.
+// Replaces the action of a step on the path to head. Text as in ActOnBodies. A new step is made
+// next to the old one, and the steps up to head are repeated after it.
 struct ReviseStep {
   static constexpr uint8_t kKind = 37;
   uint32_t step = 0;
@@ -471,9 +471,9 @@ struct ReviseStep {
     f(step, head, action);
   }
 };
-// The second hand's tool from now on, and what it does while it is pressed: cut, deposit or touch;
-// off: there is no second hand. Its pointer's strokes have the guide and the string of ChooseGuide;
-// lead, entry, lift: as there, of this tool.
+// The second hand's tool, and its mode while it is pressed: cut, deposit or touch; off: there is no
+// second hand. Its pointer's strokes use ChooseGuide's guide and string. lead, entry, lift: as
+// there, for this tool.
 struct ChooseSecond {
   static constexpr uint8_t kKind = 38;
   std::string tool;
@@ -492,8 +492,8 @@ struct ChooseSecond {
     f(tool, mode, lead, entry, lift);
   }
 };
-// The second hand's tool comes in at `tip`, as of Press; while the first works, in its stroke.
-// time: as of Aim.
+// Presses the second hand's tool at `tip`, as in Press. While the first hand works, it joins that
+// stroke. time: as in Aim.
 struct PressSecond {
   static constexpr uint8_t kKind = 39;
   Vec3 tip = Vec3::Zero();
@@ -509,7 +509,7 @@ struct PressSecond {
     f(tip, axis, time);
   }
 };
-// Where the second hand's tool is wanted, as of Aim.
+// The wanted pose of the second hand's tool, as in Aim.
 struct AimSecond {
   static constexpr uint8_t kKind = 40;
   Vec3 tip = Vec3::Zero();
@@ -525,18 +525,18 @@ struct AimSecond {
     f(tip, axis, time);
   }
 };
-// The second hand lets go, once its tool has been everywhere that it was aimed to.
+// Lifts the second hand after its tool has followed all aims.
 struct LiftSecond {
   static constexpr uint8_t kKind = 41;
   template <class F>
   void fields([[maybe_unused]] F&& f) {}
 };
-// How the pointer's strokes behave from the next one on. guide: 0 none, 1 a straight line, whose
-// direction is a multiple of snap [degrees] (0: any), 2 a circle about the centre [mm], 3 the curve
-// through these points (three f64 each [mm]), closed or not. steady: the tool is drawn behind the
-// hand on a string so long [mm]. lead: its local x axis turns to the way it goes; it goes in and
-// comes out over `entry` [mm], from `lift` [mm] above. stamp: it is pressed in, from `lift` above,
-// where the stroke begins, or, where `every` is not 0, at so many mm from each other on its way.
+// How the pointer's strokes behave from the next one on. guide: 0 none; 1 a straight line, whose
+// direction is a multiple of snap [degrees] (0: any); 2 a circle about the centre [mm]; 3 the curve
+// through these points (three f64 each [mm]), closed or not. steady: the length of the string that
+// pulls the tool behind the hand [mm]. lead: the tool's local x axis turns to its path, and it goes
+// in and comes out over `entry` [mm], from `lift` [mm] above. stamp: the tool is pressed in from
+// `lift` above where the stroke begins, or every `every` mm along its path if that is not 0.
 struct ChooseGuide {
   static constexpr uint8_t kKind = 42;
   uint8_t guide = 0;
@@ -568,16 +568,16 @@ struct ChooseGuide {
     f(guide, snap, centre, closed, steady, lead, entry, lift, stamp, every, curve);
   }
 };
-// What the body that is worked on weighs; Mass answers.
+// Asks for the weight of the active body. Mass answers.
 struct AskMass {
   static constexpr uint8_t kKind = 43;
   template <class F>
   void fields([[maybe_unused]] F&& f) {}
 };
-// A stamp is held from now on. what: 0 letters: `text` in a `font` (a family), `size` [mm] high as
-// a capital H, `depth` long; 1 a picture (PNG) as a relief, `size` wide, white `depth` deeper than
-// black, or, inverted, black deeper; 2 a mesh, `size` wide as the longer of its sides. name: the
-// file's, data: its bytes. ShowStamp tells what it is.
+// Chooses a stamp. what: 0 letters: `text` in a `font` (a family), `size` [mm] the height of a
+// capital H, `depth` their length; 1 a picture (PNG) as a relief, `size` wide, with white `depth`
+// deeper than black, or black deeper if inverted; 2 a mesh, whose longer side is `size`. name: the
+// file's name. data: its bytes. ShowStamp reports the result.
 struct ChooseStamp {
   static constexpr uint8_t kKind = 44;
   uint8_t what = 0;
@@ -603,15 +603,15 @@ struct ChooseStamp {
     f(what, text, font, size, depth, invert, name, data);
   }
 };
-// Which fonts are installed where the studio runs; Fonts answers.
+// Asks for the fonts installed on the studio's machine. Fonts answers.
 struct AskFonts {
   static constexpr uint8_t kKind = 45;
   template <class F>
   void fields([[maybe_unused]] F&& f) {}
 };
-// Whether the body that is worked on is shown in colours that tell what a printer would fail at (1;
-// no longer what ShowRemains asked for): walls thinner than `wall` [mm], faces that look down and
-// lean from upright by more than `overhang` [degrees], loose pieces. PrintFaults tells the numbers.
+// Whether the active body's colours show printing faults (1; this replaces ShowRemains): walls
+// thinner than `wall` [mm], faces that look down and lean from upright by more than `overhang`
+// [degrees], loose pieces. PrintFaults reports the numbers.
 struct ShowFaults {
   static constexpr uint8_t kKind = 46;
   uint8_t shown = 0;
@@ -627,10 +627,10 @@ struct ShowFaults {
     f(shown, wall, overhang);
   }
 };
-// A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz],
-// the document's name, its materials (JSON: name, color, rings: how strongly they stand out, 0 to
-// 1), which of them its stock is of, what the page is called in its requests over HTTP, and what it
-// is: 0 carved, 1 only looked at, 2 an experiment. All that was shown before is of another one.
+// A document is open. It has a lattice (lower corner [mm], nodes, pitch [mm]) and the servo's rate
+// [Hz]. Then follow the document's name, its materials (JSON: name, color, rings: their contrast, 0
+// to 1), and the index of its stock's material. page: the page's id in HTTP requests. what: 0
+// carved, 1 open read-only, 2 an experiment. Everything shown before belongs to another document.
 struct Welcome {
   static constexpr uint8_t kKind = 64;
   uint16_t version = 0;
@@ -648,10 +648,11 @@ struct Welcome {
     f(version, origin, nodes, pitch, rate, document, materials, material, page, what);
   }
 };
-// Surface of one body that changed; the page answers Got. Each chunk: place x y z (u16), numbers of
-// vertices and triangles (u32), whether any is painted (u16), vertices, corners (u16 each), and of
-// painted ones a colour for each vertex (red, green, blue, 255 where it is painted or 0: u8). A
-// vertex: x y z (u16, 1/2048 pitch from 16 place - 1), normal (3 x i8, 1/127), material (u8).
+// The changed surface of one body. The page answers Got. Each chunk: position x y z (u16), numbers
+// of vertices and triangles (u32), whether any vertex is painted (u16), vertices, corners (u16
+// each). If painted, a colour per vertex follows: red, green, blue, 255 if painted else 0 (u8
+// each). A vertex: x y z (u16, 1/2048 pitch from 16 position - 1), normal (3 x i8, 1/127), material
+// (u8).
 struct Chunks {
   static constexpr uint8_t kKind = 65;
   uint32_t frame = 0;
@@ -663,9 +664,9 @@ struct Chunks {
     f(frame, more, body, data);
   }
 };
-// Every servo tick since the last: tip [mm], force of the wood on the tool [N], moment about the
-// tip [N mm], and of the tool's frame the third column (its axis) and the first, fifteen f32 a
-// tick. start: number of the first.
+// Every servo tick since the last message, fifteen f32 each: tip [mm], force of the wood on the
+// tool [N], moment about the tip [N mm]; the third (axis) and first column of the tool's frame.
+// start: the number of the first.
 struct Ticks {
   static constexpr uint8_t kKind = 66;
   double start = 0;
@@ -675,10 +676,11 @@ struct Ticks {
     f(start, data);
   }
 };
-// Volume [mm^3], how much less that is than the stock's [mm^3], where the document stands; whether
-// this page holds the tool; whether the tool, which is pressed, stands in material and can't back
-// out. Of a force device: safety 0 off, 1 waits for the hand to be still, 2 pushes; why it is off;
-// the force it gives [N].
+// Volume [mm^3], the stock's volume minus it [mm^3], and the current step. holds: whether this page
+// holds the tool. blocked: whether the pressed tool is inside material and cannot back out.
+// pending: how much of a brush's stroke is not in the model yet, as time of the hand's motion [s].
+// For a force device: safety (0 off, 1 waits for the hand to be still, 2 pushes), why it is off,
+// and its force [N].
 struct State {
   static constexpr uint8_t kKind = 67;
   double volume = 0;
@@ -689,16 +691,17 @@ struct State {
   uint8_t redo = 0;
   uint8_t holds = 0;
   uint8_t blocked = 0;
+  double pending = 0;
   std::string hash;
   uint8_t safety = 0;
   std::string trip;
   double given = 0;
   template <class F>
   void fields([[maybe_unused]] F&& f) {
-    f(volume, removed, step, steps, undo, redo, holds, blocked, hash, safety, trip, given);
+    f(volume, removed, step, steps, undo, redo, holds, blocked, pending, hash, safety, trip, given);
   }
 };
-// A sentence for the person.
+// A sentence for the user.
 struct Notice {
   static constexpr uint8_t kKind = 68;
   std::string text;
@@ -707,7 +710,7 @@ struct Notice {
     f(text);
   }
 };
-// No document is open. JSON: documents (name, changed: s since 1970, bytes), materials (as of
+// No document is open. JSON: documents (name, changed: s since 1970, bytes), materials (as in
 // Welcome), examples (name, about).
 struct Start {
   static constexpr uint8_t kKind = 69;
@@ -719,10 +722,10 @@ struct Start {
     f(version, holds, json);
   }
 };
-// Steps that this page was not told of yet, by their numbers: number, the one before it or 0 (u32
-// each), what it removed [mm^3] (f32), when it was begun [s since 1970] (f64; 0: not known), the
-// tool (text, as JSON; null: none), mode (u8; off: the tool only moved), whether a thumbnail of it
-// is kept (u8), label (text).
+// The steps that this page does not have yet, in the order of their numbers. Each has its number
+// and its parent's or 0 (u32 each), and the removed volume [mm^3] (f32). Then the time of its
+// beginning [s since 1970] (f64; 0: unknown), the tool (text, as JSON; null: none), mode (u8; off:
+// the tool only moved), whether a thumbnail is stored (u8), label (text).
 struct Steps {
   static constexpr uint8_t kKind = 70;
   std::vector<uint8_t> data;
@@ -731,7 +734,7 @@ struct Steps {
     f(data);
   }
 };
-// JSON: the number of the step of each name.
+// JSON: the step number of each name.
 struct Versions {
   static constexpr uint8_t kKind = 71;
   std::string json;
@@ -740,8 +743,7 @@ struct Versions {
     f(json);
   }
 };
-// What takes a while and can be cancelled; empty: nothing. share: how much of it is done, 0 to 1;
-// below 0: not known.
+// The running job that may take long. Empty: none. share: its progress, 0 to 1; below 0: unknown.
 struct Work {
   static constexpr uint8_t kKind = 72;
   std::string what;
@@ -752,9 +754,9 @@ struct Work {
     f(what, share, cancellable);
   }
 };
-// After Welcome, where a force device holds the tool, and whenever its reach or the hand changes:
-// its name, the force it can give [N] (0: none), the stiffness that it renders and the greatest it
-// can bear [N/mm, at the hand], the reach, and which share of the wood's force is felt.
+// The force device that holds the tool. Sent after Welcome, and when its reach or the hand changes:
+// its name, max force [N] (0: none), rendered stiffness and max stiffness [N/mm, at the hand], the
+// reach, and the share of the wood's force at the hand.
 struct Device {
   static constexpr uint8_t kKind = 73;
   std::string name;
@@ -768,9 +770,9 @@ struct Device {
     f(name, force, stiffness, max, scale, share);
   }
 };
-// What an experiment came to. JSON: run (a number of its own), name, model, finished, ticks,
-// removed_mm3, mean_force_N (where there is any), max_force_N, max_moment_Nmm, step_us, marks
-// (label, time_s). Rows: time [s], force [N], moment [N mm], seven f32; of at most 100 000, those
+// The result of an experiment. JSON: run (a unique number), name, model, finished, ticks,
+// removed_mm3, mean_force_N (over ticks with a force), max_force_N, max_moment_Nmm, step_us, marks
+// (label, time_s). Rows: time [s], force [N], moment [N mm], seven f32. At most 100 000 rows, those
 // with the largest force.
 struct Trace {
   static constexpr uint8_t kKind = 74;
@@ -781,7 +783,7 @@ struct Trace {
     f(json, data);
   }
 };
-// The tool from now on, of an experiment or of whoever holds it.
+// The current tool, of an experiment or of the page that holds it.
 struct ShowTool {
   static constexpr uint8_t kKind = 75;
   std::string tool;
@@ -790,16 +792,16 @@ struct ShowTool {
     f(tool);
   }
 };
-// Answers AskMethod from the newest snapshot. Rays u, u + every, ... (columns of them) by v, v +
-// every, ... (rows of them) of the field, 32 both ways at most: where that would be more, every is
-// larger than it was asked. spans: of each ray, u first, how many spans reach between the depths
-// low and high [lattice units] (u8, the first 16), and of each its ends in and out (f32). vanished:
-// nodes x y z (u16 each) between these depths, on these rays and on those between them, four times
-// as many both ways or all, that were in the material when this page was answered last and are not
-// now, evenly chosen where they are more than 2048; gone: how many they are. Of the newest tick
-// that took or added any: points (K, of the whole model), volume (how much less material there is
-// for it [mm^3]), motion (of the tool's tip [mm]), force (of the wood on the tool [N]). ticks: how
-// many there were since the last answer, and taken: K of them all.
+// Answers AskMethod from the newest snapshot. The rays are u, u + every, ... (columns of them) by
+// v, v + every, ... (rows of them) of the field, at most 32 in each direction. If there would be
+// more, every is larger than requested. spans: for each ray, u first, the number of spans (u8, the
+// first 16), and the ends in and out of each (f32). The spans are between the depths low and high
+// [lattice units]. vanished: nodes x y z (u16 each) between these depths that were in the material
+// at this page's last answer and are not now. They are on these rays and on rays between them, four
+// times as many in each direction or all. If there are more than 2048, the list is evenly chosen.
+// gone: their number. For the newest tick that removed or added points: points (K, of the whole
+// model), volume (removed [mm^3]), motion (of the tool's tip [mm]), force (of the wood on the tool
+// [N]). ticks: the number of ticks since the last answer. taken: the sum of their K.
 struct Method {
   static constexpr uint8_t kKind = 76;
   uint8_t axis = 0;
@@ -824,10 +826,9 @@ struct Method {
     f(axis, every, u, v, columns, rows, low, high, gone, points, volume, motion, force, ticks, taken, spans, vanished);
   }
 };
-// Which bodies there are, and the one that strokes go to. JSON: id, name, pose (of the body's
-// lattice in the world: its origin [mm], then the columns of its frame), visible, locked, no_go,
-// volume_mm3. Chunks of a body that is not there, is hidden, or stands otherwise than it was told
-// before are no more; those of one that is shown follow.
+// All bodies, and the active one. JSON: id, name, pose (of the body's lattice in the world: its
+// origin [mm], then the columns of its frame), visible, locked, no_go, volume_mm3. Chunks of a body
+// that is gone, hidden or moved are invalid. Chunks of a newly shown body follow.
 struct Bodies {
   static constexpr uint8_t kKind = 77;
   uint32_t active = 0;
@@ -837,9 +838,9 @@ struct Bodies {
     f(active, json);
   }
 };
-// Of what ShowRemains asked for: how far the surface of the body that is worked on is from what is
-// no-go, at most and on average [mm], how much of it is outside that [mm^3], and the distance that
-// has the last colour [mm]. A scale of 0: nothing is no-go, and no colours are shown.
+// The numbers for ShowRemains: max and mean distance [mm] of the active body's surface from the
+// protected region; the body's volume outside that region [mm^3]; the distance of the last colour
+// [mm]. A scale of 0: there is no protected region, and no colours are shown.
 struct Remains {
   static constexpr uint8_t kKind = 78;
   double max = 0;
@@ -851,9 +852,8 @@ struct Remains {
     f(max, mean, volume, scale);
   }
 };
-// Answers PreviewAction: why it can't be shown, or empty. Of a spline, forces: JSON, of each
-// control point the force [N] on the hand that moved it there since the last preview, as of soft
-// clay.
+// Answers PreviewAction: an error, or empty. forces, for a spline: JSON, for each control point the
+// force [N] on the hand that moved it since the last preview, as in soft clay.
 struct Previewed {
   static constexpr uint8_t kKind = 79;
   std::string error;
@@ -863,8 +863,8 @@ struct Previewed {
     f(error, forces);
   }
 };
-// The second hand's tool as of the newest tick: tip [mm], the third column of its frame (its axis)
-// and the first, and the force of the wood on it [N]; there: 0 where there is no second hand.
+// The second hand's tool at the newest tick: tip [mm], the third (axis) and first column of its
+// frame, and the force of the wood on it [N]. there: 0 if there is no second hand.
 struct SecondHand {
   static constexpr uint8_t kKind = 80;
   uint8_t there = 0;
@@ -878,8 +878,8 @@ struct SecondHand {
     f(there, tool, tip, axis, side, force);
   }
 };
-// Answers AskMass: the body, its volume [mm^3], its mass [g] (0: of one of its materials the
-// density is not known), and its centre of gravity [mm] in the world.
+// Answers AskMass: the body, its volume [mm^3], its mass [g] (0: the density of one of its
+// materials is unknown), and its centre of gravity [mm] in the world.
 struct Mass {
   static constexpr uint8_t kKind = 81;
   uint32_t body = 0;
@@ -891,8 +891,8 @@ struct Mass {
     f(body, volume, mass, centre);
   }
 };
-// The stamp that is held: its triangles in its own frame [mm], tip at the origin: vertices (three
-// f32 each) and their corners (three u32 each).
+// The triangles of the current stamp in its own frame [mm], with the tip at the origin: vertices
+// (three f32 each) and triangles of their indices (three u32 each).
 struct ShowStamp {
   static constexpr uint8_t kKind = 82;
   std::vector<uint8_t> vertices;
@@ -902,7 +902,7 @@ struct ShowStamp {
     f(vertices, triangles);
   }
 };
-// Answers AskFonts. JSON: the families, in alphabetical order.
+// Answers AskFonts. JSON: the families in alphabetical order.
 struct Fonts {
   static constexpr uint8_t kKind = 83;
   std::string json;
@@ -911,9 +911,9 @@ struct Fonts {
     f(json);
   }
 };
-// Of what ShowFaults asked for: surface that hangs, and that is of thin walls [mm^2], of so much in
-// all; the thinnest wall [mm], 0: there is none; and how many pieces there are, of which all but
-// the largest are loose.
+// The numbers for ShowFaults: the areas of overhanging and of thin walls, and the total area
+// [mm^2]. The thinnest wall [mm]; 0: there is none. The number of pieces; all but the largest are
+// loose.
 struct PrintFaults {
   static constexpr uint8_t kKind = 84;
   double overhang = 0;
@@ -926,9 +926,9 @@ struct PrintFaults {
     f(overhang, thin, area, thinnest, pieces);
   }
 };
-// At --publish HOST:PORT, the first message and again where another document is opened; readers say
-// nothing. JSON: what the rows of PublishedTicks are of, row_bytes, and their columns (name, type,
-// offset in bytes, count).
+// The first message at --publish HOST:PORT, sent again when another document is opened. Readers
+// send nothing. JSON: a description of the rows of PublishedTicks, row_bytes, and their columns
+// (name, type, offset in bytes, count).
 struct PublishedAbout {
   static constexpr uint8_t kKind = 96;
   uint16_t version = 0;
@@ -938,7 +938,7 @@ struct PublishedAbout {
     f(version, json);
   }
 };
-// Every servo tick since the last such message: rows of PublishedAbout's row_bytes, one for each hand.
+// Every servo tick since the last such message: rows of PublishedAbout's row_bytes, one per hand.
 struct PublishedTicks {
   static constexpr uint8_t kKind = 97;
   std::vector<uint8_t> rows;

@@ -7,7 +7,7 @@ namespace kibori::studio {
 namespace {
 
 constexpr auto kAnswerEvery = std::chrono::milliseconds(33);
-// Who has not asked for so long does not look any more.
+// A page that has not asked for this time has stopped looking.
 constexpr auto kForgotten = std::chrono::seconds(2);
 
 template <class T>
@@ -31,7 +31,7 @@ void MethodView::add(const LiveTick& tick, double wood) {
 
 std::optional<Method> MethodView::answer(const Snapshot& snapshot, Clock::time_point now) {
   if (!question_) {
-    if (watching() && now - asked_at_ > kForgotten) clear();
+    if (watching() && now - requested_at_ > kForgotten) clear();
     return {};
   }
   if (now - answered_at_ < kAnswerEvery) return {};
@@ -39,40 +39,40 @@ std::optional<Method> MethodView::answer(const Snapshot& snapshot, Clock::time_p
   const RayBox box = ray_box(snapshot.lattice, kAxes[question_->axis], question_->centre,
                              question_->radius, question_->every);
   question_.reset();
-  Method said;
-  said.axis = static_cast<uint8_t>(box.axis);
-  said.every = static_cast<uint16_t>(box.every);
-  said.u = static_cast<uint16_t>(box.u);
-  said.v = static_cast<uint16_t>(box.v);
-  said.columns = static_cast<uint16_t>(box.columns);
-  said.rows = static_cast<uint16_t>(box.rows);
-  said.low = box.low;
-  said.high = box.high;
-  said.points = static_cast<double>(newest_.points);
-  said.volume = newest_.removed_mm3;
-  said.motion = motion_;
-  said.force = force_;
-  said.ticks = ticks_;
-  said.taken = static_cast<double>(taken_);
+  Method reply;
+  reply.axis = static_cast<uint8_t>(box.axis);
+  reply.every = static_cast<uint16_t>(box.every);
+  reply.u = static_cast<uint16_t>(box.u);
+  reply.v = static_cast<uint16_t>(box.v);
+  reply.columns = static_cast<uint16_t>(box.columns);
+  reply.rows = static_cast<uint16_t>(box.rows);
+  reply.low = box.low;
+  reply.high = box.high;
+  reply.points = static_cast<double>(newest_.points);
+  reply.volume = newest_.removed_mm3;
+  reply.motion = motion_;
+  reply.force = force_;
+  reply.ticks = ticks_;
+  reply.taken = static_cast<double>(taken_);
   for (const std::vector<Span>& spans : spans_in(box, snapshot)) {
-    put(said.spans, static_cast<uint8_t>(spans.size()));
+    put(reply.spans, static_cast<uint8_t>(spans.size()));
     for (const Span& span : spans) {
-      put(said.spans, span.in);
-      put(said.spans, span.out);
+      put(reply.spans, span.in);
+      put(reply.spans, span.out);
     }
   }
-  // What an undo takes back did not vanish in a tick.
+  // Points that an undo removes did not vanish in a tick.
   const bool took = std::exchange(took_, taken_ != 0);
   if ((took || took_) && before_ && before_->of_same_model(snapshot)) {
     const VanishedNodes gone = vanished_in(finer(box), *before_, snapshot);
-    said.gone = static_cast<uint32_t>(gone.count);
+    reply.gone = static_cast<uint32_t>(gone.count);
     for (const std::array<uint16_t, 3>& node : gone.nodes)
-      for (const uint16_t index : node) put(said.vanished, index);
+      for (const uint16_t index : node) put(reply.vanished, index);
   }
   before_ = snapshot;
   ticks_ = 0;
   taken_ = 0;
-  return said;
+  return reply;
 }
 
 }  // namespace kibori::studio

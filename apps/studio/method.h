@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a page is told that looks at the method itself: rays, dexels, and the points that vanish.
+// Data for a page that shows the method itself: rays, dexels, and vanishing points.
 #pragma once
 
 #include <chrono>
@@ -12,34 +12,34 @@
 
 namespace kibori::studio {
 
-// Of one page. It holds a snapshot only while the page goes on asking.
+// The method view of one page. It holds a snapshot only while the page keeps asking.
 class MethodView {
  public:
   using Clock = std::chrono::steady_clock;
 
   void ask(const AskMethod& question, Clock::time_point now) {
     question_ = question;
-    asked_at_ = now;
+    requested_at_ = now;
   }
   // Whether the page looks at the method now.
-  bool watching() const { return asked_at_ != Clock::time_point{}; }
-  // A tick of the servo. `wood`: the wood's force for one that a device is given (1: none holds the
-  // tool).
+  bool watching() const { return requested_at_ != Clock::time_point{}; }
+  // Takes a servo tick. `wood` converts the device's force to the wood's force (1: no device holds
+  // the tool).
   void add(const LiveTick& tick, double wood);
-  // The answer, if one is asked for and due.
+  // The answer, if one was requested and is due.
   std::optional<Method> answer(const Snapshot& snapshot, Clock::time_point now);
-  // There is another document, or none.
+  // Forgets everything, for another document or none.
   void clear() { *this = MethodView(); }
 
  private:
   std::optional<AskMethod> question_;
-  Clock::time_point asked_at_{}, answered_at_{};
-  std::optional<Snapshot> before_;  // as of the last answer
-  std::optional<Vec3> tip_;         // as of the last tick
+  Clock::time_point requested_at_{}, answered_at_{};
+  std::optional<Snapshot> before_;  // at the last answer
+  std::optional<Vec3> tip_;         // at the last tick
   uint32_t ticks_ = 0;              // since the last answer
   int64_t taken_ = 0;
-  bool took_ = false;  // in the ticks before the last answer: a snapshot comes after its ticks
-  LiveTick newest_;    // that took or added points
+  bool took_ = false;  // before the last answer; a snapshot arrives after its ticks
+  LiveTick newest_;    // the last one that removed or added points
   Vec3 motion_ = Vec3::Zero(), force_ = Vec3::Zero();
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// In place of bundle.cpp, where there was nothing to build the page with.
+// Replaces bundle.cpp if the tools that build the page are missing.
 #include "apps/studio/bundle.h"
 
 namespace kibori::studio {

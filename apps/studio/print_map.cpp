@@ -10,8 +10,9 @@ namespace {
 
 constexpr double kNoWall = std::numeric_limits<double>::infinity();
 
-// Of each fault, as 0xAABBGGRR: colours that are told apart by all who see (Okabe and Ito).
-constexpr std::array<uint32_t, 4> kColors{0xffd9d9d9, 0xff00aff0, 0xff005ed5, 0xffa779cc};
+// The colour of each fault, as 0xAABBGGRR. All kinds of colour vision distinguish them (Okabe and
+// Ito).
+constexpr std::array<uint32_t, 4> kPrintColors{0xffd9d9d9, 0xff00aff0, 0xff005ed5, 0xffa779cc};
 
 PrintCheckOptions standing(PrintCheckOptions options, const Pose& pose) {
   options.up = pose.frame.transpose() * Vec3::UnitZ();
@@ -26,7 +27,7 @@ PrintMap::PrintMap(const Body& body, const PrintCheckOptions& options, StepId st
       step_(step),
       check_(body.model, standing(options, body.pose)) {}
 
-bool PrintMap::is_of(const kibori::Bodies& bodies, BodyId worked_on, StepId step) const {
+bool PrintMap::is_of(const kibori::BodyList& bodies, BodyId worked_on, StepId step) const {
   const Body* const body = bodies.find(worked_on);
   return worked_on == body_ && step == step_ && body && body->pose.tip == pose_.tip &&
          body->pose.frame == pose_.frame;
@@ -39,7 +40,7 @@ SurfaceChunk PrintMap::paint(SurfaceChunk chunk, const Index3& at) {
   faults.reserve(chunk.vertices.size());
   for (SurfaceVertex& v : chunk.vertices) {
     faults.push_back(check_.at(v));
-    v.paint = kColors[static_cast<size_t>(faults.back())];
+    v.paint = kPrintColors[static_cast<size_t>(faults.back())];
     part.thinnest = std::min(part.thinnest, check_.thickness_mm(v));
   }
   for (const SurfaceTriangle& t : chunk.triangles) {
@@ -48,7 +49,7 @@ SurfaceChunk PrintMap::paint(SurfaceChunk chunk, const Index3& at) {
       return Vec3(p[0], p[1], p[2]);
     };
     const Vec3 a = place(t[0]), b = place(t[1]), c = place(t[2]);
-    // Each corner has a third.
+    // Each corner gets a third of the area.
     for (const uint32_t v : t)
       part.area[static_cast<size_t>(faults[v])] += (b - a).cross(c - a).norm() / 6;
   }
@@ -59,18 +60,18 @@ SurfaceChunk PrintMap::paint(SurfaceChunk chunk, const Index3& at) {
   return chunk;
 }
 
-std::vector<uint8_t> PrintMap::said(double) const {
-  PrintFaults said;
+std::vector<uint8_t> PrintMap::message(double) const {
+  PrintFaults message;
   double thinnest = kNoWall;
   for (const auto& [at, part] : parts_) {
-    said.overhang += part.area[static_cast<size_t>(PrintFault::overhang)];
-    said.thin += part.area[static_cast<size_t>(PrintFault::thin)];
-    for (const double area : part.area) said.area += area;
+    message.overhang += part.area[static_cast<size_t>(PrintFault::overhang)];
+    message.thin += part.area[static_cast<size_t>(PrintFault::thin)];
+    for (const double area : part.area) message.area += area;
     thinnest = std::min(thinnest, part.thinnest);
   }
-  said.thinnest = std::isfinite(thinnest) ? thinnest : 0;
-  said.pieces = static_cast<uint32_t>(check_.pieces());
-  return encode(said);
+  message.thinnest = std::isfinite(thinnest) ? thinnest : 0;
+  message.pieces = static_cast<uint32_t>(check_.pieces());
+  return encode(message);
 }
 
 }  // namespace kibori::studio

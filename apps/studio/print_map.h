@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a printer would fail at, in colours on the body that is worked on, and in numbers.
+// Finds the printing faults of the active body, and shows them as colours and numbers.
 #pragma once
 
 #include <array>
@@ -15,13 +15,13 @@ namespace kibori::studio {
 
 class PrintMap final : public SurfaceMap {
  public:
-  // The body, printed as it stands in the world. Options' `up` is set here.
+  // Checks the body in its pose in the world. Sets `up` of the options.
   PrintMap(const Body& body, const PrintCheckOptions& options, StepId step);
 
   BodyId body() const override { return body_; }
-  bool is_of(const kibori::Bodies& bodies, BodyId worked_on, StepId step) const override;
+  bool is_of(const kibori::BodyList& bodies, BodyId worked_on, StepId step) const override;
   SurfaceChunk paint(SurfaceChunk chunk, const Index3& at) override;
-  std::vector<uint8_t> said(double volume_mm3) const override;
+  std::vector<uint8_t> message(double volume_mm3) const override;
 
  private:
   struct Part {

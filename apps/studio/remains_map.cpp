@@ -10,23 +10,25 @@
 namespace kibori::studio {
 namespace {
 
-// Viridis, from what is done to what is farthest: told apart by all who see, and in grey.
-constexpr std::array<std::array<double, 3>, 6> kColors{
+// Viridis, from finished to farthest. The colours remain distinct for colour-blind people and in
+// grey.
+constexpr std::array<std::array<double, 3>, 6> kRemainsColors{
     {{253, 231, 37}, {122, 209, 81}, {34, 168, 132}, {42, 120, 142}, {65, 68, 135}, {68, 1, 84}}};
 
 uint32_t color_at(double share) {
-  const double at = std::clamp(share, 0.0, 1.0) * (kColors.size() - 1);
-  const size_t i = std::min(static_cast<size_t>(at), kColors.size() - 2);
+  const double at = std::clamp(share, 0.0, 1.0) * (kRemainsColors.size() - 1);
+  const size_t i = std::min(static_cast<size_t>(at), kRemainsColors.size() - 2);
   uint32_t color = 0xff000000;
   for (unsigned c = 0; c < 3; c++) {
     const double mixed =
-        kColors[i][c] + (at - static_cast<double>(i)) * (kColors[i + 1][c] - kColors[i][c]);
+        kRemainsColors[i][c] +
+        (at - static_cast<double>(i)) * (kRemainsColors[i + 1][c] - kRemainsColors[i][c]);
     color |= static_cast<uint32_t>(std::lround(mixed)) << (8 * c);
   }
   return color;
 }
 
-// A number of one digit or 1.5 times a power of ten, and no less than that.
+// Rounds up to 1, 1.5, 2, 3, 4, 5, 6 or 8, times a power of ten.
 double round_up(double x) {
   const double ten = std::pow(10, std::floor(std::log10(std::max(x, 1e-6))));
   for (const double times : {1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0})
@@ -38,7 +40,7 @@ Vec3 place_of(const SurfaceVertex& v) { return {v.position[0], v.position[1], v.
 
 }  // namespace
 
-std::vector<RemainsMap::Key> RemainsMap::key_of(const kibori::Bodies& bodies, BodyId worked_on) {
+std::vector<RemainsMap::Key> RemainsMap::key_of(const kibori::BodyList& bodies, BodyId worked_on) {
   std::vector<Key> key;
   for (const Body& body : bodies.all)
     if (body.id == worked_on)
@@ -48,11 +50,11 @@ std::vector<RemainsMap::Key> RemainsMap::key_of(const kibori::Bodies& bodies, Bo
   return key;
 }
 
-bool RemainsMap::is_of(const kibori::Bodies& bodies, BodyId worked_on, StepId) const {
+bool RemainsMap::is_of(const kibori::BodyList& bodies, BodyId worked_on, StepId) const {
   return key_ == key_of(bodies, worked_on);
 }
 
-std::unique_ptr<RemainsMap> RemainsMap::make(const kibori::Bodies& bodies, BodyId worked_on,
+std::unique_ptr<RemainsMap> RemainsMap::make(const kibori::BodyList& bodies, BodyId worked_on,
                                              const LiveSurface& surface, double volume_mm3) {
   const Result<std::shared_ptr<const NoGo>> no_go = no_go_of(bodies, worked_on);
   if (!no_go || !no_go.value()) return nullptr;
@@ -67,7 +69,7 @@ std::unique_ptr<RemainsMap> RemainsMap::make(const kibori::Bodies& bodies, BodyI
   Removed within;
   contact(TriDexel(body.model, body.material_bounds), no_go.value()->solid(), {}, within);
   map->within_mm3_ =
-      std::min(volume_mm3, within.mean_volume() * std::pow(body.model.lattice.pitch_mm, 3));
+      std::min(volume_mm3, within.volume() * std::pow(body.model.lattice.pitch_mm, 3));
   double max = 0;
   const Index3 count = surface_chunks(body.model.lattice);
   for (int x = 0; x < count.x(); x++)
@@ -102,18 +104,18 @@ SurfaceChunk RemainsMap::paint(SurfaceChunk chunk, const Index3& at) {
   return chunk;
 }
 
-std::vector<uint8_t> RemainsMap::said(double volume_mm3) const {
-  Remains said;
-  said.scale = scale_mm_;
-  said.volume = std::max(0.0, volume_mm3 - within_mm3_);
+std::vector<uint8_t> RemainsMap::message(double volume_mm3) const {
+  Remains message;
+  message.scale = scale_mm_;
+  message.volume = std::max(0.0, volume_mm3 - within_mm3_);
   double area = 0;
   for (const auto& [at, part] : parts_) {
-    said.max = std::max(said.max, part.max);
-    said.mean += part.sum;
+    message.max = std::max(message.max, part.max);
+    message.mean += part.sum;
     area += part.area;
   }
-  said.mean = area > 0 ? said.mean / area : 0;
-  return encode(said);
+  message.mean = area > 0 ? message.mean / area : 0;
+  return encode(message);
 }
 
 }  // namespace kibori::studio

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What a carver has still to take away: how far the surface of the body that is worked on is from
-// what may not be cut, in colours and in numbers.
+// Shows how much material is left to carve: the distance from the active body's surface to the
+// protected region, as colours and numbers.
 #pragma once
 
 #include <map>
@@ -19,21 +19,21 @@ namespace kibori::studio {
 
 class RemainsMap final : public SurfaceMap {
  public:
-  // A body's surface against all that is no-go besides; null: nothing is, or it can't be measured
-  // from there. `volume_mm3`: of the body now.
-  static std::unique_ptr<RemainsMap> make(const kibori::Bodies& bodies, BodyId worked_on,
+  // Compares a body's surface with all other protected bodies. Null: there is none, or the distance
+  // cannot be measured. `volume_mm3`: the body's current volume.
+  static std::unique_ptr<RemainsMap> make(const kibori::BodyList& bodies, BodyId worked_on,
                                           const LiveSurface& surface, double volume_mm3);
 
   BodyId body() const override { return body_; }
-  bool is_of(const kibori::Bodies& bodies, BodyId worked_on, StepId step) const override;
+  bool is_of(const kibori::BodyList& bodies, BodyId worked_on, StepId step) const override;
   SurfaceChunk paint(SurfaceChunk chunk, const Index3& at) override;
-  std::vector<uint8_t> said(double volume_mm3) const override;
+  std::vector<uint8_t> message(double volume_mm3) const override;
 
  private:
   struct Part {
     double max = 0, sum = 0, area = 0;  // [mm], [mm^3], [mm^2]
   };
-  // What makes a map another one: the body, and of what is no-go its pose and model.
+  // The inputs of a map: the body, and pose and model of the protected bodies.
   struct Key {
     BodyId id;
     Pose pose;
@@ -43,14 +43,14 @@ class RemainsMap final : public SurfaceMap {
              hash == other.hash;
     }
   };
-  static std::vector<Key> key_of(const kibori::Bodies& bodies, BodyId worked_on);
+  static std::vector<Key> key_of(const kibori::BodyList& bodies, BodyId worked_on);
 
   BodyId body_ = 0;
   std::vector<Key> key_;
   Surface wall_;
   std::optional<DistanceTree> tree_;
-  double within_mm3_ = 0;  // of the body, in what may not be cut
-  double scale_mm_ = 1;    // the last colour's
+  double within_mm3_ = 0;  // of the body, inside the protected region
+  double scale_mm_ = 1;    // distance of the last colour
   std::map<Index3, Part, ChunkOrder> parts_;
 };
 

@@ -31,19 +31,37 @@ using tcp = asio::ip::tcp;
 constexpr size_t kTickNumbers = 15;  // tip, force, moment, axis, side
 constexpr auto kFollowEvery = std::chrono::milliseconds(2);
 constexpr auto kStateEvery = std::chrono::milliseconds(50);
-// Every one of them, a frame's worth at a time.
+// Ticks are sent about once per frame. None is left out.
 constexpr auto kTicksEvery = std::chrono::milliseconds(15);
 constexpr auto kWorkEvery = std::chrono::milliseconds(200);
-constexpr double kOwedNotice = 0.01;  // [mm^3]
-// And what came loose [mm^3]: less is dust.
+constexpr double kPendingNotice = 0.01;  // [mm^3]; for pressed clay that found no room
+// Threshold for reporting loose material [mm^3]. Less is dust.
 constexpr double kFallenNotice = 1;
-constexpr auto kTroubleEvery = std::chrono::seconds(15);  // other sentences are to be read, too
-// Ticks are left out for a page that has not read so much of what was sent before.
+constexpr auto kErrorInterval = std::chrono::seconds(15);  // leaves time to read other notices
+// A page with more unread bytes misses ticks.
 constexpr size_t kTicksWait = 400000;
+
+// Why a brush's stroke of this mode changed nothing.
+std::string idle_notice(Mode mode) {
+  switch (mode) {
+    case Mode::fill:
+      return "There is no hollow under the brush, so Fill changed nothing. Inflate raises any "
+             "place.";
+    case Mode::rasp:
+      return "There is no peak under the brush, so Rasp changed nothing. Inflate with a negative "
+             "strength lowers any place.";
+    case Mode::trim:
+      return "Trim changed nothing: nothing is above the plane there, or the strength is 0.";
+    case Mode::flatten:
+      return "Flatten changed nothing: it is flat there, or the strength is 0.";
+    default:
+      return "Smooth changed nothing: it is smooth there, or the strength is 0.";
+  }
+}
 
 }  // namespace
 
-// Whoever waits for the studio or a job hears of neither any more.
+// Ends the session first, because it uses the other members. Pending results are dropped.
 Server::State::~State() { session.reset(); }
 
 void Server::State::accept() {
@@ -59,8 +77,8 @@ void Server::State::accept() {
 }
 
 void Server::State::send(const std::vector<uint8_t>& message) {
-  const std::vector<WebSocketClient*> all(pages.begin(),
-                                          pages.end());  // a page that is let go of leaves the set
+  // A copy, because sending removes a page that is disconnected from `pages`.
+  const std::vector<WebSocketClient*> all(pages.begin(), pages.end());
   for (WebSocketClient* const page : all)
     if (pages.count(page)) page->send(message);
 }
@@ -78,11 +96,11 @@ void Server::State::hold(WebSocketClient* page) {
 void Server::State::show(std::unique_ptr<Session> opened) {
   session = std::move(opened);
   if (session) imports.drop_all();
-  tell_publisher();
+  update_publisher();
   ticks_sent = 0;
   tick_rows.clear();
   second_tick.reset();
-  second_told = false;
+  second_hand_sent = false;
   traced = false;
   shown.reset();
   stamp.reset();
@@ -93,7 +111,7 @@ void Server::State::show(std::unique_ptr<Session> opened) {
     if (pages.count(page)) page->restart();
 }
 
-void Server::State::tell_publisher() {
+void Server::State::update_publisher() {
   if (!publisher) return;
   if (!live()) return publisher->about({"", "", 0, {}, {}});
   const HapticDeviceState* const device = haptic_device();
@@ -123,14 +141,14 @@ Status Server::State::open(
     const std::string& what, const std::filesystem::path& fresh,
     std::function<Result<std::unique_ptr<Session>>(std::atomic<double>&)> make,
     std::function<void(const Status&)> done) {
-  if (session) return Error{"a document is open already"};
+  if (session) return Error{"a document is already open; close it first"};
   if (how.read_only && !fresh.empty())
-    return Error{"this studio only reads: nothing new can be begun; start it without --read-only"};
-  if (job.busy()) return Error{"something is under way; wait for it, or cancel it"};
+    return Error{"this studio is read-only; to begin a new document, start it without --read-only"};
+  if (job.busy()) return Error{"another job is running; wait for it, or cancel it"};
   work(what,
        [this, fresh, make = std::move(make),
         done = std::move(done)](std::atomic<double>& share) -> Job::Then {
-         // Shared, as a function must be copied.
+         // Shared, because a std::function must be copyable.
          const auto made = std::make_shared<Result<std::unique_ptr<Session>>>(make(share));
          return [this, made, fresh, done](bool wanted) {
            if (wanted && *made) {
@@ -142,8 +160,8 @@ Status Server::State::open(
              done(Error{wanted ? made->error() : ""});
            else if (wanted)
              notify(made->error());
-           const bool ours = made->ok();  // what is there otherwise, others made
-           *made = Error{""};             // closed before it is removed
+           const bool ours = made->ok();  // else the file existed before, and must stay
+           *made = Error{""};             // close it before removing it
            if (ours && !fresh.empty()) remove_document(fresh);
          };
        });
@@ -154,7 +172,8 @@ void Server::State::begin(WebSocketClient& page, const Begin& begin) {
   const Vec3& size = begin.size;
   const StockShape shapes[] = {StockBlock{size}, StockCylinder{size.x(), size.z()},
                                StockSphere{size.x()}};
-  if (begin.shape >= std::size(shapes)) return page.notify("there is no such stock");
+  if (begin.shape >= std::size(shapes))
+    return page.notify("there is no such stock; reload the page");
   Result<Scene> scene = stock_scene(shapes[begin.shape], begin.pitch, begin.material);
   if (!scene) return page.notify(scene.error());
   const Result<std::filesystem::path> place = library.place_for(begin.name);
@@ -197,7 +216,7 @@ void Server::State::carve_example(WebSocketClient& page, const std::string& name
     if (!opened) page.notify(opened.error());
     return;
   }
-  page.notify("there is no such example");
+  page.notify("there is no such example; reload the page");
 }
 
 void Server::State::run_experiment(WebSocketClient& page, const RunExperiment& run) {
@@ -207,12 +226,12 @@ void Server::State::run_experiment(WebSocketClient& page, const RunExperiment& r
   const double longest = size_mm(s.stock.shape).maxCoeff(),
                room = s.stock.room_mm.value_or(0.1 * longest);
   if (!((longest + 2 * room) / s.stock.pitch_mm <= 1.25 * kMaxRays))
-    return page.notify(
-        "that is too fine, or has too much room, to be shown: its longest side may have " +
-        std::to_string(static_cast<int>(kMaxRays)) + " rays");
+    return page.notify("this scene is too fine to be shown: its longest side may have " +
+                       std::to_string(static_cast<int>(kMaxRays)) +
+                       " rays; use a coarser pitch or less room");
   if (!run.model.empty()) {
     const std::optional<ForceModel> model = value_of<ForceModel>(run.model);
-    if (!model) return page.notify("there is no such force model");
+    if (!model) return page.notify("there is no such force model; reload the page");
     if (*model == ForceModel::series && !s.force.series()) s.force.spring = spring_of_hand();
     s.force.spring.tick_s = 1 / s.rate_hz;
     s.force.law.model = *model;
@@ -251,14 +270,14 @@ void Server::State::follow_experiment() {
 }
 
 void Server::State::leave(WebSocketClient& page) {
-  if (job.busy()) return page.notify("something is under way; wait for it, or cancel it");
+  if (job.busy()) return page.notify("another job is running; wait for it, or cancel it");
   const auto closing = std::make_shared<std::unique_ptr<Session>>(std::move(session));
   work(
       "Saving",
       [this, closing, left = left_unsaved](std::atomic<double>&) -> Job::Then {
         const std::string where = (*closing)->close();
         closing->reset();
-        // Told at the end, too: the page may not be there to hear it.
+        // Reported again at the end, because the page may be gone by then.
         if (!where.empty()) *left += (left->empty() ? "" : "\n") + where;
         return [this, where](bool) {
           show(nullptr);
@@ -277,7 +296,15 @@ WebSocketClient* Server::State::page_of(const std::string& key) const {
 nlohmann::json materials_json(const std::vector<Material>& materials) {
   nlohmann::json json = nlohmann::json::array();
   for (const Material& m : materials)
-    json.push_back({{"name", m.name}, {"color", m.color}, {"rings", ring_contrast(m.name)}});
+    json.push_back({{"name", m.name},
+                    {"color", m.color},
+                    {"rings", ring_contrast(m.name)},
+                    {"log",
+                     {{"ring", m.log.ring_mm},
+                      {"axis", {m.log.axis.x(), m.log.axis.y(), m.log.axis.z()}},
+                      {"pith", {m.log.pith.x(), m.log.pith.y(), m.log.pith.z()}}}},
+                    {"grain", has_grain(m)},
+                    {"law", law_text(m)}});
   return json;
 }
 
@@ -295,15 +322,16 @@ std::string Server::State::start_json(const std::string& key) const {
       .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
-// ---- What pages are told
+// ---- Messages to pages
 
 void Server::State::send_ticks() {
-  // The wood's force; a device is given its share of that.
+  // Pages get the wood's force. A device gets a share of it.
   const HapticDeviceState* const device = haptic_device();
   const double wood = device ? 1 / device->share : 1;
-  double owed = 0, fallen = 0;
+  double pending = 0, fallen = 0;
   int parted = 0;
   bool gave_up = false, clipped = false;
+  std::optional<Mode> idle;
   std::vector<MethodView*> views;
   for (WebSocketClient* const page : pages)
     if (page->method().watching()) views.push_back(&page->method());
@@ -311,10 +339,11 @@ void Server::State::send_ticks() {
   for (const LiveTick& tick : session->ticks()) {
     if (publishes) publisher->add(tick);
     for (MethodView* const view : views) view->add(tick, wood);
-    owed += tick.owed_mm3;
+    pending += tick.pending_mm3;
     fallen += tick.fallen_mm3;
     parted += tick.parted;
     gave_up |= tick.gave_up;
+    if (tick.idle_brush) idle = tick.idle_brush;
     clipped |= tick.clipped || (tick.second && tick.second->clipped);
     if (tick.second) second_tick = tick.second;
     for (const Vec3& v :
@@ -325,15 +354,20 @@ void Server::State::send_ticks() {
   if (publishes) publisher->flush();
   if (gave_up)
     notify(
-        "The stroke ended early: there is not enough memory for so large a brush. Use a smaller "
-        "one.");
-  if (clipped && Clock::now() - clipped_at > kTroubleEvery) {
+        "The stroke ended early: this machine has too little memory or is too slow for this brush. "
+        "Use a smaller one.");
+  // A force device's hand often moves over the piece without touching it.
+  if (idle && !device) notify(idle_notice(*idle));
+  if (clipped && Clock::now() - clipped_at > kErrorInterval) {
     clipped_at = Clock::now();
-    notify("Material reached the end of the room around the stock; what is beyond it is left out.");
+    notify(
+        "Material reached the edge of the room around the stock. The part beyond it is left out.");
   }
-  if (owed > kOwedNotice) {
+  if (pending > kPendingNotice) {
     char text[120];
-    std::snprintf(text, sizeof text, "%.3g mm³ of the clay that you pressed found no room.", owed);
+    std::snprintf(text, sizeof text,
+                  "%.3g mm³ of pressed clay found no room and is lost. Undo takes back the stroke.",
+                  pending);
     notify(text);
   }
   if (parted > 0)
@@ -357,29 +391,29 @@ void Server::State::send_ticks() {
   const auto* const raw = reinterpret_cast<const uint8_t*>(tick_rows.data());
   message.data.assign(raw, raw + tick_rows.size() * sizeof(float));
   tick_rows.clear();
-  const std::vector<uint8_t> felt = encode(message), second = second_message();
+  const std::vector<uint8_t> ticks_message = encode(message), second = second_message();
   const std::vector<WebSocketClient*> all(pages.begin(), pages.end());
   for (WebSocketClient* const page : all) {
-    if (pages.count(page) && page->waiting_bytes() < kTicksWait) page->send(felt);
+    if (pages.count(page) && page->waiting_bytes() < kTicksWait) page->send(ticks_message);
     if (pages.count(page) && !second.empty()) page->send(second);
   }
 }
 
-// Empty where nothing is to be told: there is no second hand, and was none.
+// The message about the second hand. Empty if there is no second hand and the pages know it.
 std::vector<uint8_t> Server::State::second_message() {
   const Tool* const tool = session->second_tool();
   const bool there = tool && second_tick;
-  if (!std::exchange(second_told, there) && !there) return {};
-  SecondHand said;
-  said.there = there;
-  said.tool = tool_message(there ? std::optional<Tool>(*tool) : std::nullopt);
-  if (!there) return encode(said);
+  if (!std::exchange(second_hand_sent, there) && !there) return {};
+  SecondHand message;
+  message.there = there;
+  message.tool = tool_message(there ? std::optional<Tool>(*tool) : std::nullopt);
+  if (!there) return encode(message);
   const HapticDeviceState* const device = live() ? live()->second_held() : nullptr;
-  said.tip = second_tick->tool.tip;
-  said.axis = second_tick->tool.axis();
-  said.side = second_tick->tool.frame.col(0);
-  said.force = second_tick->computed.force / (device ? device->share : 1);
-  return encode(said);
+  message.tip = second_tick->tool.tip;
+  message.axis = second_tick->tool.axis();
+  message.side = second_tick->tool.frame.col(0);
+  message.force = second_tick->computed.force / (device ? device->share : 1);
+  return encode(message);
 }
 
 void Server::State::send_state() {
@@ -394,6 +428,7 @@ void Server::State::send_state() {
   state.redo = place.redo;
   state.hash = hash_text(place.hash);
   state.blocked = live() && live()->blocked();
+  state.pending = live() ? live()->pending_s() : 0;
   if (const HapticDeviceState* const held = haptic_device()) {
     state.safety = static_cast<uint8_t>(held->safety);
     if (held->trip != Trip::none) state.trip = trip_text(held->trip);
@@ -407,10 +442,10 @@ void Server::State::send_state() {
     page->send(encode(state));
   }
   if (!notice.empty()) notify(notice);
-  if (place.trouble != trouble_told || Clock::now() - trouble_at > kTroubleEvery) {
-    trouble_told = place.trouble;
-    trouble_at = Clock::now();
-    if (!trouble_told.empty()) notify(trouble_told);
+  if (place.write_error != sent_error || Clock::now() - error_sent_at > kErrorInterval) {
+    sent_error = place.write_error;
+    error_sent_at = Clock::now();
+    if (!sent_error.empty()) notify(sent_error);
   }
 }
 
@@ -464,8 +499,8 @@ Result<std::unique_ptr<Server>> Server::listen(Library library, uint16_t port,
   if (!failed) state->acceptor.bind(here, failed);
   if (!failed) state->acceptor.listen(asio::socket_base::max_listen_connections, failed);
   if (failed)
-    return Error{"port " + std::to_string(port) + " can't be listened on (" + failed.message() +
-                 "); give another one with --port"};
+    return Error{"can't listen on port " + std::to_string(port) + " (" + failed.message() +
+                 "); choose another one with --port"};
   const std::string number = std::to_string(state->acceptor.local_endpoint().port());
   state->host = "127.0.0.1:" + number;
   state->local_host = "localhost:" + number;
@@ -486,7 +521,7 @@ void Server::on_new_address(std::function<void(const std::string&)> notify) {
 }
 void Server::publish_by(std::unique_ptr<Publisher> publisher) {
   state_->publisher = std::move(publisher);
-  state_->tell_publisher();
+  state_->update_publisher();
 }
 void Server::show(std::unique_ptr<Session> session) { state_->show(std::move(session)); }
 
@@ -501,12 +536,13 @@ void Server::run(const std::function<bool()>& stop) {
   state_->io.run();
 }
 
+bool Server::idle() const { return state_->all_ended; }
+
 std::string Server::close() {
-  if (!state_->session) {
-    state_->job.wait();
-    return *state_->left_unsaved;
-  }
-  const std::string last = state_->session->close(), &before = *state_->left_unsaved;
+  const std::string last = state_->session ? state_->session->close() : std::string();
+  constexpr auto kPatience = std::chrono::milliseconds(500);
+  state_->all_ended = state_->job.end_within(kPatience);
+  const std::string& before = *state_->left_unsaved;
   return before.empty() || last.empty() ? before + last : before + "\n" + last;
 }
 

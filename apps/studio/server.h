@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: MIT
-// The studio on the loopback interface: the page over HTTP, and one WebSocket for each page that is
-// open. One document at a time is carved, or none, and then the page asks what to begin with.
+// The studio's server on the loopback interface. It serves the page over HTTP, and one WebSocket
+// per open page. At most one document is open. Without one, the page shows the start page.
 //
-// Who may come in: the token of the address that is printed is exchanged, once, for a key. The page
-// keeps it by its origin, port included, and shows it in its first message and with every request;
-// there is no cookie, which a browser would send to every other port as well. Host and Origin must
-// be this server's own. Without the key there is the page's program, the same for everyone, and
-// nothing else. Everything happens on the thread that calls run(): every few ms the studio is
-// followed, and what changed is offered to the pages. A page gets the next chunks when it has drawn
-// the last, and then the newest: so one that is slow or stands still holds up nobody.
+// Access: a browser exchanges the token of the printed address once for a key. The page keeps the
+// key by its origin, port included. It sends the key in its first message and with every request.
+// There is no cookie, because a browser would send it to every other port too. Host and Origin must
+// be this server's own. Without the key, a client gets only the page's program, which is the same
+// for everyone.
+//
+// Everything runs on the thread that calls run(). Every few ms it follows the session and offers
+// changes to the pages. A page gets the next chunks after it has drawn the last ones, and then only
+// the newest. So a slow or stopped page delays nobody.
 #pragma once
 
 #include <cstdint>
@@ -24,41 +26,45 @@
 namespace kibori::studio {
 
 struct Limits {
-  size_t message_bytes = size_t{1} << 20;     // of a page's messages
-  uint64_t import_bytes = uint64_t{1} << 30;  // of a file that is brought
-  size_t waiting_bytes = size_t{8} << 20;     // to a page that does not read; then it is let go of
+  size_t message_bytes = size_t{1} << 20;     // max size of a page's message
+  uint64_t import_bytes = uint64_t{1} << 30;  // max size of an upload
+  size_t waiting_bytes = size_t{8} << 20;     // unread bytes after which a page is dropped
   size_t connections = 32;                    // that have shown the key
-  size_t strangers = 16;                      // that have not; then the first of them goes
-  double header_s = 10;                       // for a request's head, and a page's first message
+  size_t strangers = 16;                      // that have not; one more disconnects the oldest
+  double header_s = 10;                       // limit for a request's head and a page's first
+                                              // message
 };
 
 class Server {
  public:
-  // Listens on 127.0.0.1; port 0: any that is free. `how` documents are opened that pages ask for.
-  // Errors: the port is taken.
+  // Listens on 127.0.0.1. Port 0 chooses a free one. `how` applies to documents that pages open.
+  // Errors: the port is in use.
   static Result<std::unique_ptr<Server>> listen(Library library, uint16_t port,
                                                 const SessionOptions& how = {},
                                                 const Limits& limits = {});
   ~Server();
 
   uint16_t port() const;
-  // With the token, to be opened in a browser by whoever may; once.
+  // The address with the token. A browser can open it once.
   std::string url() const;
-  // Told the next address when one that was used is opened by another browser, which the person may
-  // want.
+  // Calls `notify` with a new address if another browser opens a used one. The user may want that.
   void on_new_address(std::function<void(const std::string& url)> notify);
-  // Every tick that a hand makes goes to it, too.
+  // Sends every tick of a hand to the publisher too.
   void publish_by(std::unique_ptr<Publisher> publisher);
-  // The document that is carved.
+  // Shows a document.
   void show(std::unique_ptr<Session> session);
-  // Whether that document is shown, and nothing else is under way.
+  // Whether this document is shown and no job is running.
   bool shows(const std::string& file) const;
-  // A sentence for every page.
+  // Sends a sentence to every page.
   void notify(const std::string& text);
-  // Until stop() says so, which is asked every few ms.
+  // Runs until stop() returns true. It is called every few ms.
   void run(const std::function<bool()>& stop);
-  // Saves and closes what is open. A sentence on where it is, if not where it belongs.
+  // Saves and closes the open document. Returns a sentence on its location if it could not be saved
+  // in its place.
   std::string close();
+  // After close(): false if work still runs whose result nobody wants. Destroying the server waits
+  // for it.
+  bool idle() const;
 
   struct State;  // internal
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What the server, its pages and its connections share. Internal to apps/studio; all of it is of
-// the server's thread.
+// The state that the server, its pages and its connections share. Internal to apps/studio. The
+// server's thread owns it.
 #pragma once
 
 #include <chrono>
@@ -28,7 +28,7 @@ namespace kibori::studio {
 
 class WebSocketClient;
 
-// What pages know of materials: name, colour, and how strongly their rings stand out.
+// The materials as JSON for pages: name, colour, and contrast of the rings.
 nlohmann::json materials_json(const std::vector<Material>& materials);
 
 struct Server::State {
@@ -49,76 +49,77 @@ struct Server::State {
   void follow();
   void send_ticks();
   void send_state();
-  // What holds the tool, if that is a force device; to this page or, null, to every one.
+  // Sends the force device that holds the tool to this page, or to every page if null.
   void send_device(WebSocketClient* page);
   void send_work();
   void hold(WebSocketClient* page);
   void on_message(WebSocketClient& page, const FromPage& message);
-  // The sentence to every page.
+  // Sends a sentence to every page.
   void notify(const std::string& text);
-  // From now on this document, or none.
+  // Shows this document from now on, or none.
   void show(std::unique_ptr<Session> opened);
-  // Makes or opens a document, on a thread of its own, and shows it. `fresh`: where it is made, and
-  // removed again if it is not to be; else empty. `done`: gets the outcome, which is told to every
-  // page otherwise; an empty error if it was cancelled.
-  // Error: one is open, or something is under way.
+  // Makes or opens a document on another thread and shows it. `fresh` is the path of a new
+  // document, which is removed if it is not wanted; else empty. `done` receives the result; its
+  // error is empty if the job was cancelled. Without `done`, every page gets the error. Error: a
+  // document is open, or a job is running.
   Status open(const std::string& what, const std::filesystem::path& fresh,
               std::function<Result<std::unique_ptr<Session>>(std::atomic<double>&)> make,
               std::function<void(const Status&)> done = {});
   void begin(WebSocketClient& page, const Begin& begin);
-  // One of the library's documents.
+  // Opens a document of the library.
   void open_named(WebSocketClient& page, const std::string& name);
   void leave(WebSocketClient& page);
-  // Starts a job and tells the pages of it.
+  // Starts a job and reports it to the pages.
   void work(const std::string& what, std::function<Job::Then(std::atomic<double>&)> work,
             bool cancellable = true);
   void carve_example(WebSocketClient& page, const std::string& name);
   void run_experiment(WebSocketClient& page, const RunExperiment& run);
-  // The tool from now on, to every page.
+  // Sends the current tool to every page.
   void show_tool(const Tool& tool);
-  // What an experiment came to, once.
+  // Sends the result of an experiment, once.
   void follow_experiment();
-  // To every page.
+  // Sends a message to every page.
   void send(const std::vector<uint8_t>& message);
-  // What there is to begin with, for the page of this key.
+  // The content of the start page, for the page with this key.
   std::string start_json(const std::string& key) const;
-  // The page that calls itself so; null: none does any more.
+  // The page with this key. Null: none.
   WebSocketClient* page_of(const std::string& key) const;
 
   std::unique_ptr<Session> session;  // null: nothing is open
-  // The session, where a hand carves in it; else null.
+  // The session if a hand carves in it, else null.
   LiveSession* live() const { return session ? session->live() : nullptr; }
   const HapticDeviceState* haptic_device() const { return live() ? live()->held() : nullptr; }
   const Library library;
-  const SessionOptions how;  // documents are opened
+  const SessionOptions how;  // applies to documents that are opened
   const Limits limits;
-  std::string host, local_host;  // as a browser names this server
+  std::string host, local_host;  // this server's names in a browser
   Door door;
   Imports imports;
-  std::set<WebSocketClient*> pages;  // that said hello
+  std::set<WebSocketClient*> pages;  // that have sent Hello
   WebSocketClient* holder = nullptr;
-  // Where what was left lies, if not where it belongs. Written by the job that saves.
+  // Where unsaved work is stored if it is not in its place. The job that saves writes it.
   const std::shared_ptr<std::string> left_unsaved = std::make_shared<std::string>();
   double ticks_sent = 0;
   std::optional<HandTick> second_tick;  // the newest
-  bool second_told = false;             // pages know of a second hand
+  bool second_hand_sent = false;        // pages know of a second hand
   std::vector<uint8_t> second_message();
   std::vector<float> tick_rows;          // not sent yet
-  std::unique_ptr<Publisher> publisher;  // null: nobody asked for one
-  void tell_publisher();                 // which document it is
-  bool traced = false;                   // what the experiment came to was sent
-  std::vector<uint8_t> trace_sent;       // for pages that come later; empty: not yet
-  std::optional<ShowTool> shown;         // the tool; none: no one has said
-  std::optional<ShowStamp> stamp;        // its triangles, where it is a stamp
-  std::string trouble_told;
-  Clock::time_point trouble_at{}, clipped_at{};
+  std::unique_ptr<Publisher> publisher;  // null: not requested
+  void update_publisher();               // which document it is
+  bool traced = false;                   // the experiment's result was sent
+  std::vector<uint8_t> trace_sent;       // for pages that connect later; empty: none yet
+  std::optional<ShowTool> shown;         // the tool; none: unknown
+  std::optional<ShowStamp> stamp;        // its triangles if it is a stamp
+  std::string sent_error;
+  Clock::time_point error_sent_at{}, clipped_at{};
   Clock::time_point state_at{}, ticks_at{}, work_at{};
   std::function<bool()> stop;
-  // Destroyed first: its pending handlers use the members above.
+  // Destroyed first, because its pending handlers use the members above.
   boost::asio::io_context io{1};
   boost::asio::ip::tcp::acceptor acceptor;
   boost::asio::steady_timer timer;
   Job job;
+  bool all_ended = true;  // false: close() found work that still runs
 };
 
 }  // namespace kibori::studio

@@ -21,7 +21,7 @@ Bytes bytes_of(const std::vector<T>& values) {
 
 std::string tool_message(const std::optional<Tool>& tool) {
   if (!tool) return "null";
-  // A stamp's triangles come as ShowStamp.
+  // A stamp's triangles are sent as ShowStamp.
   return std::holds_alternative<MeshTool>(*tool) ? R"({"shape":"mesh"})" : tool_to_json(*tool);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A tool as messages to pages have it.
+// Encodes tools for messages to pages.
 #pragma once
 
 #include <optional>
@@ -11,10 +11,10 @@
 
 namespace kibori::studio {
 
-// Its JSON; "null" where there is none. Of a mesh, its shape alone.
+// The tool as JSON, or "null" if there is none. For a mesh, only the shape.
 std::string tool_message(const std::optional<Tool>& tool);
 
-// The triangles of a mesh; none for other tools.
+// The triangles of a mesh. None for other tools.
 std::optional<ShowStamp> stamp_message(const Tool& tool);
 
 }  // namespace kibori::studio

@@ -22,11 +22,11 @@ Trace trace_of(const ExperimentSession& run, const Carving& carving) {
   for (const Mark& mark : carving.marks)
     marks.push_back({{"label", mark.label}, {"time_s", mark.time_s}});
   double sum = 0;
-  int64_t felt = 0;
+  int64_t with_force = 0;
   for (const TraceRow& row : carving.trace) {
     const double force = std::sqrt(row.result.wrench.force.squaredNorm());
     sum += force;
-    felt += force > 0;
+    with_force += force > 0;
   }
   const Scene& scene = run.scene();
   const auto now = std::chrono::system_clock::now().time_since_epoch();
@@ -34,7 +34,7 @@ Trace trace_of(const ExperimentSession& run, const Carving& carving) {
   trace.json = nlohmann::json{
       {"run", std::chrono::duration_cast<std::chrono::milliseconds>(now).count()},
       {"name", scene.file},
-      {"mean_force_N", felt > 0 ? sum / static_cast<double>(felt) : 0.0},
+      {"mean_force_N", with_force > 0 ? sum / static_cast<double>(with_force) : 0.0},
       {"model", name_of(scene.force.law.model)},
       {"finished", run.share() >= 1 && !run.stopped()},
       {"ticks", summary.ticks},

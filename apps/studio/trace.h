@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What an experiment came to, as a message.
+// Encodes the result of an experiment as a message.
 #pragma once
 
 #include "apps/studio/session/experiment_session.h"
@@ -8,7 +8,7 @@
 
 namespace kibori::studio {
 
-// Of very many ticks, those with the largest forces.
+// Keeps only the ticks with the largest forces if there are too many.
 Trace trace_of(const ExperimentSession& run, const Carving& carving);
 
 }  // namespace kibori::studio

@@ -25,9 +25,9 @@ namespace beast = boost::beast;
 namespace http = beast::http;
 namespace websocket = beast::websocket;
 
-constexpr size_t kHelloBytes = 1024;    // the first message is no longer
-constexpr size_t kFrameBytes = 400000;  // a frame of chunks is about this large
-constexpr size_t kMaxLabelBytes = 200;  // of a step that a document may name as it likes
+constexpr size_t kHelloBytes = 1024;    // max size of the first message
+constexpr size_t kFrameBytes = 400000;  // approximate size of a frame of chunks
+constexpr size_t kMaxLabelBytes = 200;  // of a step's label, which the document can set freely
 
 }  // namespace
 
@@ -71,7 +71,7 @@ void WebSocketClient::accept() {
   connection_->socket.async_accept(
       connection_->request, [self = shared_from_this()](beast::error_code failed) {
         if (failed) return;
-        // Who says nothing has no place here.
+        // Drop a connection that sends no Hello in time.
         self->connection_->first.expires_after(
             std::chrono::duration_cast<Server::State::Clock::duration>(
                 std::chrono::duration<double>(self->server_.limits.header_s)));
@@ -93,13 +93,13 @@ void WebSocketClient::send(std::vector<uint8_t> message) {
 void WebSocketClient::restart() {
   dirty_.clear();
   sent_.clear();
-  told_bodies_ = 0;
-  told_list_.clear();
+  sent_bodies_ = 0;
+  sent_list_.clear();
   wants_ = Map::none;
   map_.reset();
   shown_bodies_.clear();
-  told_steps_ = 0;
-  told_versions_.clear();
+  sent_steps_ = 0;
+  sent_versions_.clear();
   method_.clear();
   if (!server_.session)
     return send(encode(Start{kProtocolVersion, server_.holder == this, server_.start_json(key_)}));
@@ -144,7 +144,7 @@ void WebSocketClient::show(BodyId body) {
 
 void WebSocketClient::offer_bodies() {
   const Session& session = *server_.session;
-  if (std::exchange(told_bodies_, session.bodies_told()) == session.bodies_told()) return;
+  if (std::exchange(sent_bodies_, session.bodies_revision()) == session.bodies_revision()) return;
   nlohmann::json list = nlohmann::json::array();
   for (const Body& body : session.bodies().all) {
     nlohmann::json pose = nlohmann::json::array();
@@ -160,9 +160,9 @@ void WebSocketClient::offer_bodies() {
   }
   const std::string json = list.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   follow_map();
-  std::string told = std::to_string(session.active()) + json;
-  if (told == told_list_) return;
-  told_list_ = std::move(told);
+  std::string list_text = std::to_string(session.active()) + json;
+  if (list_text == sent_list_) return;
+  sent_list_ = std::move(list_text);
   send(encode(kibori::studio::Bodies{static_cast<uint32_t>(session.active()), json}));
   std::map<BodyId, Pose> shown;
   for (const Body& body : session.bodies().all)
@@ -196,7 +196,7 @@ void WebSocketClient::offer_chunks() {
       put_chunk(frame.data, map_->paint(chunk, at.at), at.at, lattice);
     else
       put_chunk(frame.data, chunk, at.at, lattice);
-    // What changed beneath may look the same.
+    // A changed chunk may look the same. Send only visible changes.
     Hash hash;
     hash.add(frame.data.data() + begin, frame.data.size() - begin);
     if (std::exchange(sent_[at], hash.value()) == hash.value()) frame.data.resize(begin);
@@ -206,10 +206,10 @@ void WebSocketClient::offer_chunks() {
   frame.more = more_ = !dirty_.empty();
   send(encode(frame));
   if (!map_ || more_) return;
-  std::vector<uint8_t> said = map_->said(active_volume_mm3());
-  if (said == told_map_) return;
-  told_map_ = said;
-  send(std::move(said));
+  std::vector<uint8_t> message = map_->message(active_volume_mm3());
+  if (message == sent_map_) return;
+  sent_map_ = message;
+  send(std::move(message));
 }
 
 void WebSocketClient::show_remains(bool shown) {
@@ -247,7 +247,7 @@ void WebSocketClient::repaint() {
                             active_volume_mm3());
   else if (wants_ == Map::faults)
     map_ = std::make_unique<PrintMap>(session.active_body(), print_, session.history().step);
-  told_map_.clear();
+  sent_map_.clear();
   if (wants_ == Map::remains && !map_) send(encode(Remains{}));
   for (const SurfaceMap* const map : {before.get(), map_.get()})
     if (map && session.surface(map->body()) && shown_bodies_.count(map->body())) show(map->body());
@@ -255,11 +255,11 @@ void WebSocketClient::repaint() {
 
 void WebSocketClient::offer_history() {
   const std::vector<PastStep>& steps = server_.session->steps();
-  if (told_steps_ < steps.size()) {
+  if (sent_steps_ < steps.size()) {
     Steps message;
     Writer rows;
-    for (; told_steps_ < steps.size(); told_steps_++) {
-      const PastStep& step = steps[told_steps_];
+    for (; sent_steps_ < steps.size(); sent_steps_++) {
+      const PastStep& step = steps[sent_steps_];
       rows.put(static_cast<uint32_t>(step.id));
       rows.put(static_cast<uint32_t>(step.parent));
       rows.put(static_cast<float>(step.removed_mm3));
@@ -272,15 +272,15 @@ void WebSocketClient::offer_history() {
     message.data = rows.take();
     send(encode(message));
   }
-  if (told_versions_ == server_.session->versions()) return;
-  told_versions_ = server_.session->versions();
-  send(encode(Versions{nlohmann::json(told_versions_)
+  if (sent_versions_ == server_.session->versions()) return;
+  sent_versions_ = server_.session->versions();
+  send(encode(Versions{nlohmann::json(sent_versions_)
                            .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)}));
 }
 
 void WebSocketClient::offer_method(MethodView::Clock::time_point now) {
-  if (const std::optional<Method> said = method_.answer(server_.session->snapshot(), now))
-    send(encode(*said));
+  if (const std::optional<Method> message = method_.answer(server_.session->snapshot(), now))
+    send(encode(*message));
 }
 
 void WebSocketClient::read() {
@@ -317,7 +317,7 @@ void WebSocketClient::greet() {
   connection_->first.cancel();
   connection_->socket.read_message_max(server_.limits.message_bytes);
   server_.pages.insert(this);
-  server_.trouble_told.clear();
+  server_.sent_error.clear();
   if (!server_.holder) server_.hold(this);
   restart();
   send(encode(Work{server_.job.what(), server_.job.share(), server_.job.cancellable()}));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One page that is open: what it says, and what it was told. Internal to apps/studio.
+// One open page: its messages, and what it has received. Internal to apps/studio.
 #pragma once
 
 #include <deque>
@@ -27,9 +27,9 @@ class WebSocketClient : public std::enable_shared_from_this<WebSocketClient> {
   void accept();
   void send(std::vector<uint8_t> message);
   void notify(const std::string& text) { send(encode(Notice{text})); }
-  // There is another document, or none: nothing of what the page was told holds any more.
+  // Another document or none is shown. Forgets everything that the page has received.
   void restart();
-  // Chunks of the surface that are not as they were when this page got them.
+  // Marks chunks that have changed since this page got them.
   void changed(const std::vector<Session::ChunkPlace>& chunks) {
     dirty_.insert(chunks.begin(), chunks.end());
   }
@@ -39,17 +39,16 @@ class WebSocketClient : public std::enable_shared_from_this<WebSocketClient> {
   void got(uint32_t frame) {
     if (frame == frame_) got_ = frame;
   }
-  // What this page looks at of the method.
+  // This page's view of the method.
   MethodView& method() { return method_; }
-  // What this page looks at in colours: what remains to be taken away, or what a printer would fail
-  // at.
+  // Shows or hides a coloured map on this page: remaining material or printing faults.
   void show_remains(bool shown);
   void show_faults(bool shown, const PrintCheckOptions& options);
-  // The colours are of the bodies as they now are.
+  // Updates the map for the current bodies.
   void follow_map();
   void offer_method(MethodView::Clock::time_point now);
   size_t waiting_bytes() const { return waiting_bytes_; }
-  // What this page's requests over HTTP call it, and no other page knows.
+  // The id that this page's HTTP requests use. No other page knows it.
   const std::string& key() const { return key_; }
 
  private:
@@ -66,7 +65,7 @@ class WebSocketClient : public std::enable_shared_from_this<WebSocketClient> {
   void forget(BodyId body);
   void read();
   void greet();
-  // It has no key, or there are too many: a code of RFC 6455.
+  // Closes with a code of RFC 6455. The page has no key, or there are too many pages.
   void refuse(uint16_t why);
   void write();
   void drop();
@@ -79,20 +78,20 @@ class WebSocketClient : public std::enable_shared_from_this<WebSocketClient> {
   std::deque<std::vector<uint8_t>> queue_;
   size_t waiting_bytes_ = 0;
   std::set<Session::ChunkPlace, Before> dirty_;
-  // A hash of each chunk, as it was sent last.
+  // The hash of each chunk as last sent.
   std::map<Session::ChunkPlace, uint64_t, Before> sent_;
-  uint64_t told_bodies_ = 0;  // see Session::bodies_told()
-  std::string told_list_;
-  std::map<BodyId, Pose> shown_bodies_;  // whose chunks the page has, or is to get
+  uint64_t sent_bodies_ = 0;  // see Session::bodies_revision()
+  std::string sent_list_;
+  std::map<BodyId, Pose> shown_bodies_;  // whose chunks the page has or will get
   uint32_t frame_ = 0, got_ = 0;
-  bool more_ = false;  // as the page was told
-  size_t told_steps_ = 0;
-  Session::Versions told_versions_;
+  bool more_ = false;  // the page's last known value
+  size_t sent_steps_ = 0;
+  Session::Versions sent_versions_;
   MethodView method_;
   enum class Map { none, remains, faults } wants_ = Map::none;
   PrintCheckOptions print_;
   std::unique_ptr<SurfaceMap> map_;
-  std::vector<uint8_t> told_map_;
+  std::vector<uint8_t> sent_map_;
   bool greeted_ = false, closed_ = false;
 };
 

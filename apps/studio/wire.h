@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Messages as bytes and back: see protocol/messages.json.
+// Encodes and decodes messages. See protocol/messages.json.
 #pragma once
 
 #include <bit>
@@ -54,7 +54,8 @@ std::vector<uint8_t> encode(Message message) {
   return writer.take();
 }
 
-// From what others sent: false where it is too short, or a number is none.
+// Reads received bytes. Returns false if they are too short, a number is not finite, or an
+// enumerator is unknown.
 class Reader {
  public:
   Reader(const uint8_t* bytes, size_t count) : at_(bytes), end_(bytes + count) {}
@@ -87,8 +88,8 @@ class Reader {
   const uint8_t *at_, *end_;
 };
 
-// One of the messages of a variant; nothing where it is none of them, too short or too long, or
-// says what its fields can't be (in_range).
+// Decodes one of the messages of a variant. Nothing if the kind is unknown, the length is wrong, or
+// a field is out of range (in_range).
 template <class Messages, size_t kIndex = 0>
 std::optional<Messages> decode(const uint8_t* bytes, size_t count) {
   if constexpr (kIndex == std::variant_size_v<Messages>) {

@@ -1,27 +1,27 @@
 // SPDX-License-Identifier: MIT
-// The peer: carving with OpenVDB the way an expert would, stamping the ball into a sparse grid leaf
-// by leaf.
+// The peer: carving with OpenVDB as an expert would. It stamps the ball into a sparse grid, leaf by
+// leaf.
 #pragma once
 
 #include "bench/workload.h"
 
 namespace kibori_bench {
 
-// Narrow-band level set (distances, half-width 3), max(a, R - d) in the leaves of the tool's box;
-// AVX-512 where the compiler has it.
+// Narrow-band level set (distances, half-width 3), max(a, R - d) in the leaves of the tool's box.
+// Uses AVX-512 if the compiler has it.
 StepTimes openvdb_levelset_stamp(int n, const std::vector<Point>& path, float radius);
-// One bit a voxel: no sub-cell geometry.
+// One bit per voxel, without sub-cell geometry.
 StepTimes openvdb_bitmask_stamp(int n, const std::vector<Point>& path, float radius);
-// tools::csgDifference with a fresh level-set sphere each step.
+// tools::csgDifference with a new level-set sphere for each step.
 StepTimes openvdb_csg_difference(int n, const std::vector<Point>& path, float radius);
-// The same stamp; timed is what follows from step `from` on: the leaves around the ball (copied, so
-// that carving could go on) through tools::volumeToMesh. triangles: of the median step.
+// The same stamp. From step `from` on it times tools::volumeToMesh on the leaves around the ball.
+// The leaves are copied, so that carving could continue. `triangles`: of the median step.
 StepTimes openvdb_local_remesh(int n, const std::vector<Point>& path, float radius, int from,
                                double* triangles);
-// Mesh into a signed distance field of n voxels along its longest side, and out again.
+// Converts a mesh into a signed distance field of n voxels along its longest side, and out again.
 struct MeshTimes {
   double in_ms = 0, out_ms = 0;
-  size_t triangles_out = 0;  // two a quad
+  size_t triangles_out = 0;  // two per quad
 };
 MeshTimes openvdb_mesh_through_volume(const std::vector<float>& points_xyz,
                                       const std::vector<unsigned>& triangles, int n);

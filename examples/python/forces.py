@@ -13,9 +13,9 @@ def groove(depth, rows=400):
 
 def mean_force(material, depth):
     block = kb.Model.block((60, 30, 20), 0.4, material)
-    felt = block.carve(kb.Ball(radius=4), groove(depth))
-    middle = slice(len(felt) // 4, -len(felt) // 4)  # where the ball is whole within the block
-    return np.linalg.norm(felt.force[middle], axis=1).mean()
+    result = block.carve(kb.Ball(radius=4), groove(depth))
+    middle = slice(len(result) // 4, -len(result) // 4)  # where the ball is whole within the block
+    return np.linalg.norm(result.force[middle], axis=1).mean()
 
 
 depths = [0.5, 1, 2, 3]

@@ -28,9 +28,9 @@ turns = np.linspace(0, 2 * np.pi * 4, 400)
 out = np.column_stack([20 + 7 * turns / turns[-1] * np.cos(turns), 20 + 7 * turns / turns[-1] * np.sin(turns)])
 layers = [np.column_stack([side, np.full(len(side), z)]) for z in np.arange(38.5, 28, -1.5) for side in (out, out[::-1])]
 window = np.vstack([[20, 20, 40], *layers])
-felt = model.carve(kb.Flat(radius=3, length=30), window, powered="motor")
-force = np.linalg.norm(felt.force, axis=1)
-print(f"milled {felt.removed_mm3.sum() / 1000:.2f} cm3 of {whole / 1000:.1f}; {force.max():.1f} N at most")
+result = model.carve(kb.Flat(radius=3, length=30), window, powered="motor")
+force = np.linalg.norm(result.force, axis=1)
+print(f"milled {result.removed_mm3.sum() / 1000:.2f} cm3 of {whole / 1000:.1f}; {force.max():.1f} N at most")
 
 (half,) = model.split(point=(20, 20, 20), normal=(0, -1, 0))
 model.place(half, (0, -12, 0))

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Asserts for our own mistakes, in two tiers: KIBORI_CHECK is cheap and lives in release builds,
-// KIBORI_DEBUG_CHECK may be slow and lives in debug builds only. Bad input is never asserted: see
-// result.h.
+// Assertions for programming errors, in two tiers. KIBORI_CHECK is cheap and also runs in release
+// builds. KIBORI_DEBUG_CHECK may be slow and runs in debug builds only. Never assert on bad input:
+// see result.h.
 #pragma once
 
 #include <cstdio>

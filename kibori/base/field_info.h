@@ -1,28 +1,28 @@
 // SPDX-License-Identifier: MIT
-// The fields of a struct of settings, described once next to it and visited by the document codec,
-// the scene reader, the Python module and tests:
+// Describes the fields of a settings struct once, next to the struct. The document codec, the scene
+// reader, the Python module and tests visit the description:
 //
 //   static void for_fields(auto&& f) {
 //     f(FieldInfo{"radius_mm", "radius", FieldRange::positive}, &Brush::radius_mm);
 //     f(FieldInfo{"falloff", "falloff"}, &Brush::falloff);
 //   }
 //
-// A type that a visitor can't handle does not compile.
+// A type that a visitor cannot handle does not compile.
 #pragma once
 
 #include <type_traits>
 
 namespace kibori {
 
-// What a scene may say of a number; the struct's own check has the rest.
+// The range of a number that a scene may give. The struct's own check tests the rest.
 enum class FieldRange { any, not_negative, positive };
 
-// Whether documents hold the field.
+// When documents store the field.
 enum class Stored {
-  required,        // all do
-  always,          // but for older ones
-  unless_default,  // only where it is not the default
-  where_used       // only where the rest of the stroke uses it: the codec knows where
+  required,        // in all documents
+  always,          // in all documents except older ones
+  unless_default,  // only if it is not the default
+  where_used       // only if the rest of the stroke uses it; the codec decides
 };
 
 struct FieldInfo {
@@ -32,13 +32,13 @@ struct FieldInfo {
   Stored stored = Stored::required;
 };
 
-// A struct whose fields are described.
+// A struct that describes its fields.
 template <class T>
 concept Described = requires {
   T::for_fields([](const FieldInfo&, auto) {});
 };
 
-// What a member pointer points to.
+// The type that a member pointer points to.
 template <class T, class Value>
 std::type_identity<Value> member_type(Value T::*);
 template <class Member>

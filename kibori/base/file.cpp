@@ -6,6 +6,8 @@
 #include <cerrno>
 #include <cstdlib>
 #include <fstream>
+#include <mutex>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -17,8 +19,8 @@ namespace kibori {
 
 namespace {
 
-// The user's own choice of what others may not do with new files; asked of the kernel, as umask()
-// can only be read by setting it, for all threads.
+// The permissions that the user denies others on new files. Read from the kernel's status file:
+// umask() can only read the mask by setting it, which affects all threads.
 mode_t umask_of_process() {
   std::ifstream status("/proc/self/status");
   for (std::string line; std::getline(status, line);)
@@ -26,19 +28,19 @@ mode_t umask_of_process() {
   return 0077;
 }
 
-// Some file systems have nothing to wait for, and say so.
+// Some file systems need no sync, and return an error for it.
 bool synced(int handle) {
   return fsync(handle) == 0 || errno == EINVAL || errno == EROFS || errno == ENOTSUP;
 }
 
-// As a new file has them by the user's own choice.
+// Sets the permissions that the user's umask gives to a new file.
 void permit_as_new(const std::filesystem::path& path) {
   chmod(path.c_str(), 0666 & ~umask_of_process());
 }
 
 }  // namespace
 
-Result<std::filesystem::path> make_beside(const std::filesystem::path& path) {
+Result<std::filesystem::path> make_sibling(const std::filesystem::path& path) {
   std::string name = path.string() + ".XXXXXX.part";
   const int handle = mkostemps(name.data(), 5, O_CLOEXEC);
   if (handle < 0)
@@ -74,12 +76,12 @@ NewFile::NewFile(const std::filesystem::path& path) : path_(path) {
   const auto there = std::filesystem::status(path, error);
   folder_ = std::filesystem::is_directory(there);
   direct_ = std::filesystem::exists(there) && !folder_ && !std::filesystem::is_regular_file(there);
-  // What a link to a pipe leads to (/dev/fd/63) has no name.
+  // The target of a link to a pipe (/dev/fd/63) has no name.
   if (!direct_ && std::filesystem::is_symlink(path, error)) path_ = place_of(path);
   if (direct_)
     part_ = path_;
   else if (!folder_)
-    if (const auto beside = make_beside(path_); beside) part_ = beside.value();
+    if (const auto sibling = make_sibling(path_); sibling) part_ = sibling.value();
   if (!part_.empty()) file_ = std::fopen(part_.c_str(), "wb");
   failed_ = !file_;
 }
@@ -113,7 +115,7 @@ Status NewFile::commit() {
                  ": can't be written (no such folder, no permission, or no space left)"};
   }
   if (direct_) return Ok{};
-  // Who may read what was there may read what stands in its place.
+  // The new file gets the permissions of the file that it replaces.
   struct stat was = {};
   if (stat(path_.c_str(), &was) == 0)
     chmod(part_.c_str(), was.st_mode & 0777);
@@ -129,8 +131,8 @@ Status NewFile::commit() {
   return Error{path_.string() + ": can't be written: " + reason};
 }
 
-Spool::Spool(const std::filesystem::path& beside) {
-  std::string name = beside.string() + ".spool.XXXXXX";
+Spool::Spool(const std::filesystem::path& sibling) {
+  std::string name = sibling.string() + ".spool.XXXXXX";
   const int handle = mkstemp(name.data());
   if (handle >= 0) {
     unlink(name.c_str());
@@ -150,10 +152,10 @@ void Spool::write(const void* data, size_t bytes) {
 }
 
 bool Spool::read_back(size_t unit, const std::function<void(const char*, size_t)>& f, uint64_t from,
-                      uint64_t most) {
+                      uint64_t max_bytes) {
   if (failed_ || fseeko(file_, static_cast<off_t>(from), SEEK_SET) != 0) return false;
   std::vector<char> block((size_t{1} << 20) / unit * unit);
-  for (uint64_t left = std::min(most, size_ - std::min(from, size_)); left > 0;) {
+  for (uint64_t left = std::min(max_bytes, size_ - std::min(from, size_)); left > 0;) {
     const size_t bytes = static_cast<size_t>(std::min<uint64_t>(left, block.size()));
     if (std::fread(block.data(), 1, bytes, file_) != bytes) return false;
     f(block.data(), bytes);
@@ -170,9 +172,36 @@ Result<std::shared_ptr<TemporaryFolder>> TemporaryFolder::make() {
   return std::shared_ptr<TemporaryFolder>(new TemporaryFolder(name));
 }
 
+namespace {
+
+struct OpenFolders {
+  std::mutex mutex;
+  std::set<std::filesystem::path> paths;
+};
+OpenFolders& open_folders() {
+  static auto& folders = *new OpenFolders;  // outlives every folder
+  return folders;
+}
+
+}  // namespace
+
+TemporaryFolder::TemporaryFolder(std::filesystem::path path) : path_(std::move(path)) {
+  const std::lock_guard lock(open_folders().mutex);
+  open_folders().paths.insert(path_);
+}
+
 TemporaryFolder::~TemporaryFolder() {
   std::error_code error;
   std::filesystem::remove_all(path_, error);
+  const std::lock_guard lock(open_folders().mutex);
+  open_folders().paths.erase(path_);
+}
+
+void TemporaryFolder::remove_all() {
+  std::error_code error;
+  const std::lock_guard lock(open_folders().mutex);
+  for (const std::filesystem::path& path : open_folders().paths)
+    std::filesystem::remove_all(path, error);
 }
 
 Result<std::vector<char>> read_file(const std::filesystem::path& path, uint64_t max) {
@@ -203,7 +232,7 @@ Status check_writable(const std::filesystem::path& path) {
   const auto there = std::filesystem::status(path, error);
   if (std::filesystem::is_directory(there))
     return Error{path.string() + ": is a folder; name a file"};
-  // Devices and pipes are written to as they are.
+  // Devices and pipes are written directly.
   if (std::filesystem::exists(there) && !std::filesystem::is_regular_file(there))
     return access(path.c_str(), W_OK) == 0 ? Status(Ok{})
                                            : Status(Error{path.string() + ": can't be written to"});

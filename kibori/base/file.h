@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Files that appear whole or not at all.
+// Files that appear complete or not at all, and temporary files and folders.
 #pragma once
 
 #include <cstdint>
@@ -16,20 +16,21 @@
 
 namespace kibori {
 
-// A new, empty file beside `path`, in a name that nobody can foresee, for this user only. Error:
-// one sentence that names `path`.
-Result<std::filesystem::path> make_beside(const std::filesystem::path& path);
-// Where a file is, or would be made: absolute, with links followed, also those to what is not there
-// yet.
+// Creates a new, empty file next to `path`. Its name is unpredictable, and only this user may read
+// it. Error: one sentence that names `path`.
+Result<std::filesystem::path> make_sibling(const std::filesystem::path& path);
+// The absolute path of a file that exists or will be created. Links are followed, also links to
+// files that do not exist yet.
 std::filesystem::path place_of(const std::filesystem::path& path);
-// Waits until a file is on the disk; false where that failed.
+// Waits until a file is on the disk. Returns false if that failed.
 bool sync_to_disk(const std::filesystem::path& path);
-// The same for its name, which is its folder's.
+// The same for the file's name, which is stored in its folder.
 bool sync_name(const std::filesystem::path& path);
 
-// Writes beside the file and moves it into place on commit, when it is on the disk; without a
-// commit, what was there stays. Of several who write the same file at once, the last to commit has
-// all of it. Links are followed; devices and pipes are written to as they are.
+// Writes a temporary file next to the target. On commit, it waits until the data is on the disk,
+// and then moves the file into place. Without a commit, the old file stays. If several writers
+// write the same file at once, the file of the last commit remains, complete. Links are followed.
+// Devices and pipes are written directly.
 class NewFile {
  public:
   explicit NewFile(const std::filesystem::path& path);
@@ -37,14 +38,14 @@ class NewFile {
   NewFile(const NewFile&) = delete;
   NewFile& operator=(const NewFile&) = delete;
 
-  // Buffered; an error shows at commit.
+  // Buffered; commit reports errors.
   void write(const void* data, size_t bytes);
   void write(std::string_view text) { write(text.data(), text.size()); }
-  // Bytes written so far.
+  // Number of bytes written so far.
   uint64_t size() const { return size_; }
-  // Writes over earlier bytes, and goes on at the end.
+  // Overwrites earlier bytes. The next write continues at the end.
   void overwrite(uint64_t at, const void* data, size_t bytes);
-  // One sentence naming the file if anything went wrong.
+  // Returns one sentence that names the file if anything failed.
   Status commit();
 
  private:
@@ -54,20 +55,21 @@ class NewFile {
   bool folder_ = false, direct_ = false, failed_ = false;
 };
 
-// Bytes put aside on disk, beside the file they will end in; gone with the object, or the process.
+// Bytes stored temporarily on disk, next to the file that they will end in. They are deleted with
+// the object, or when the process ends.
 class Spool {
  public:
-  explicit Spool(const std::filesystem::path& beside);
+  explicit Spool(const std::filesystem::path& sibling);
   ~Spool();
   Spool(const Spool&) = delete;
   Spool& operator=(const Spool&) = delete;
 
   void write(const void* data, size_t bytes);
   uint64_t size() const { return size_; }
-  // Calls f(data, bytes) for so many bytes from there, or all that were written, in order, in
-  // blocks of whole multiples of `unit` bytes; false where writing or reading failed.
+  // Calls f(data, bytes) for at most `max_bytes` bytes from offset `from`. The data is in order, in
+  // blocks of a multiple of `unit` bytes. Returns false if a write or a read failed.
   bool read_back(size_t unit, const std::function<void(const char*, size_t)>& f, uint64_t from = 0,
-                 uint64_t most = UINT64_MAX);
+                 uint64_t max_bytes = UINT64_MAX);
 
  private:
   std::FILE* file_ = nullptr;
@@ -75,32 +77,35 @@ class Spool {
   bool failed_ = false;
 };
 
-// A new folder in the temporary one that only this user can look into; gone with the object, and
-// all that is in it.
+// A new folder in the system's temporary folder, which only this user can read. It is deleted with
+// its contents when the object is destroyed.
 class TemporaryFolder {
  public:
-  // Error: there is none that can be written.
+  // Error: no temporary folder is writable.
   static Result<std::shared_ptr<TemporaryFolder>> make();
   ~TemporaryFolder();
   TemporaryFolder(const TemporaryFolder&) = delete;
   TemporaryFolder& operator=(const TemporaryFolder&) = delete;
 
   const std::filesystem::path& path() const { return path_; }
+  // Removes all folders of this process, before it ends without destroying its objects. Any thread.
+  static void remove_all();
 
  private:
-  explicit TemporaryFolder(std::filesystem::path path) : path_(std::move(path)) {}
+  explicit TemporaryFolder(std::filesystem::path path);
   const std::filesystem::path path_;
 };
 
-// A whole file. Errors: there is none, or it can't be read; it is no regular file (a pipe or a
-// device may never end); it has more bytes than `max`.
+// Reads a whole file. Errors: it does not exist, cannot be read, or has more bytes than `max`. Also
+// if it is no regular file, because a pipe or a device may never end.
 Result<std::vector<char>> read_file(const std::filesystem::path& path,
                                     uint64_t max = uint64_t{1} << 40);
 
 // The path's ending in lower case, with its dot.
 std::string ending_of(const std::filesystem::path& path);
 
-// Ok if a file can be made at `path`, else one sentence: better known before the work than after.
+// Ok if a file can be created at `path`, otherwise one sentence. Call it before long work, so that
+// the error appears early.
 Status check_writable(const std::filesystem::path& path);
 
 }  // namespace kibori

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// From one thread to another without a lock: the newest value (LatestValue), or a few things in
+// Passes data between two threads without a lock: the newest value (LatestValue), or a few items in
 // order (SmallQueue).
 #pragma once
 
@@ -11,8 +11,8 @@
 
 namespace kibori {
 
-// One writer, one reader; the reader gets the newest value, and older ones are lost. Three places:
-// the writer's, the reader's, and one between that they exchange.
+// One writer, one reader. The reader gets the newest value; older ones are lost. There are three
+// slots: the writer's, the reader's, and one between them that they exchange.
 template <class T>
 class LatestValue {
  public:
@@ -21,9 +21,9 @@ class LatestValue {
     places_[mine_] = std::move(value);
     mine_ =
         between_.exchange(static_cast<uint8_t>(mine_ | kNew), std::memory_order_acq_rel) & kPlace;
-    // What was not read in time is in `mine_` now, and dropped by the next put.
+    // A value that was not read in time is now in `mine_`. The next put overwrites it.
   }
-  // Reader: true if there was something new, which is then in `value`.
+  // Reader. Returns true if there was a new value, and moves it to `value`.
   bool take(T& value) {
     if (!(between_.load(std::memory_order_relaxed) & kNew)) return false;
     theirs_ = between_.exchange(theirs_, std::memory_order_acq_rel) & kPlace;
@@ -39,27 +39,31 @@ class LatestValue {
   uint8_t mine_ = 0, theirs_ = 2;
 };
 
-// One writer, one reader, in order; full after kRoom.
+// One writer, one reader, in order. Full at kRoom items.
 template <class T, size_t kRoom = 64>
 class SmallQueue {
  public:
-  // Writer; false where it is full.
+  // Writer. Returns false if the queue is full.
   bool push(T value) {
+    if (full()) return false;
     const size_t end = end_.load(std::memory_order_relaxed);
-    if (end - begin_.load(std::memory_order_acquire) == kRoom) return false;
     places_[end % kRoom] = std::move(value);
     end_.store(end + 1, std::memory_order_release);
     return true;
+  }
+  // Writer. True if push() would return false.
+  bool full() const {
+    return end_.load(std::memory_order_relaxed) - begin_.load(std::memory_order_acquire) == kRoom;
   }
   // Reader.
   bool empty() const {
     return begin_.load(std::memory_order_relaxed) == end_.load(std::memory_order_acquire);
   }
-  // Reader: what pop() would give; null where it is empty.
+  // Reader. The item that pop() will return; null if the queue is empty.
   const T* front() const {
     return empty() ? nullptr : &places_[begin_.load(std::memory_order_relaxed) % kRoom];
   }
-  // Reader; false where it is empty.
+  // Reader. Returns false if the queue is empty.
   bool pop(T& value) {
     const size_t begin = begin_.load(std::memory_order_relaxed);
     if (begin == end_.load(std::memory_order_acquire)) return false;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A 64-bit content hash: order matters, platforms agree (values are mixed as integers). Not
-// cryptographic.
+// A 64-bit content hash. Order matters. The result is the same on all platforms, because values are
+// mixed as integers. Not cryptographic.
 #pragma once
 
 #include <algorithm>
@@ -12,10 +12,11 @@
 
 namespace kibori {
 
+// Accumulates values. value() may be read at any time.
 class Hash {
  public:
   void add(uint64_t value) {
-    // splitmix64's finaliser (Steele, Lea, Flood 2014) over a running state.
+    // The finaliser of splitmix64 (Steele, Lea, Flood 2014) on a running state.
     state_ = (state_ ^ value) + 0x9e3779b97f4a7c15u;
     state_ = (state_ ^ (state_ >> 30)) * 0xbf58476d1ce4e5b9u;
     state_ = (state_ ^ (state_ >> 27)) * 0x94d049bb133111ebu;
@@ -23,7 +24,7 @@ class Hash {
   }
   void add(float value) { add(uint64_t{std::bit_cast<uint32_t>(value)}); }
   void add(double value) { add(std::bit_cast<uint64_t>(value)); }
-  // Eight at a time, the first lowest.
+  // Eight bytes per word, the first byte lowest.
   void add(const uint8_t* bytes, size_t count) {
     add(uint64_t{count});
     for (size_t i = 0; i < count; i += 8) {
@@ -39,7 +40,7 @@ class Hash {
   uint64_t state_ = 0x6b69626f7269ull;
 };
 
-// 16 hexadecimal digits, as people and documents read it.
+// 16 hexadecimal digits, for people and documents.
 inline std::string hash_text(uint64_t hash) {
   char text[17];
   std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(hash));

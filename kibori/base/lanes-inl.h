@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Vector helpers shared by the kernels; included once per Highway target.
+// Vector helpers that the kernels share. Included once per Highway target.
 //
-// Rows are always 16 lanes: one AVX-512 vector, two of AVX2, four of SSE. Every operation here is
-// IEEE +, -, *, /, sqrt or integer work on each lane alone, so a lane's bits do not depend on the
-// target. No MulAdd: it fuses on some.
+// Rows always have 16 lanes: one AVX-512 vector, two of AVX2, or four of SSE. Every operation here
+// is IEEE +, -, *, /, sqrt or integer work on each lane alone. Therefore, a lane's bits do not
+// depend on the target. MulAdd is not used, because it fuses on some targets.
 
 #if defined(KIBORI_BASE_LANES_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef KIBORI_BASE_LANES_INL_H_
@@ -37,8 +37,8 @@ inline constexpr unsigned kGroupMask = (1u << kLanes) - 1;
 
 HWY_INLINE VF F(float x) { return hn::Set(DF(), x); }
 
-// base + lane for the lanes of a group. One rounding each: (base + 8) + 3 is not base + 11 in the
-// last bit.
+// base + lane for the lanes of a group, with one rounding each. (base + 8) + 3 can differ from base
+// + 11 in the last bit.
 HWY_INLINE VF LanesFrom(float base, size_t group) {
   return hn::Add(F(base), hn::Iota(DF(), static_cast<float>(group * kLanes)));
 }
@@ -55,8 +55,8 @@ HWY_INLINE MF FromBits(unsigned bits) {
   return hn::LoadMaskBits(DF(), bytes);
 }
 
-// 1/sqrt(x) for x > 0 to about 5e-6: an integer first guess and two Newton steps, so equal on every
-// target.
+// 1/sqrt(x) for x > 0 to about 5e-6. It uses an integer first guess and two Newton steps, so it is
+// equal on every target.
 HWY_INLINE VF RoughRsqrt(VF x) {
   const DF d;
   const DI di;
@@ -67,14 +67,14 @@ HWY_INLINE VF RoughRsqrt(VF x) {
   return hn::Mul(y, hn::Sub(F(1.5f), hn::Mul(hn::Mul(half, y), y)));
 }
 
-// Scale of a unit normal's components in normal_code.h; turned round if `flip`.
+// Scale of a unit normal's components in normal_code.h; negative if `flip`.
 HWY_INLINE float NormalScale(bool flip) { return flip ? -32767.0f : 32767.0f; }
 
-// The code of normal_code.h for the (u, v) part of a vector; `scale` is NormalScale over its
-// length.
+// The code of normal_code.h for the (u, v) part of a vector. `scale` is NormalScale divided by the
+// vector's length.
 HWY_INLINE VU EncodeScaled(VF u, VF v, VF scale) {
   const DU du;
-  // Adding 1.5 x 2^23 rounds to a whole number and leaves it in the low mantissa bits.
+  // The sum with 1.5 x 2^23 rounds to an integer, which is then in the low mantissa bits.
   const VF e = hn::Add(hn::Mul(u, scale), F(12582912.0f)),
            f = hn::Add(hn::Mul(v, scale), F(12582912.0f));
   return hn::Or(hn::And(hn::BitCast(du, e), hn::Set(du, 0xffffu)),
@@ -85,7 +85,7 @@ HWY_INLINE VU EncodeScaled(VF u, VF v, VF scale) {
 HWY_INLINE VU EncodeNormal(VF u, VF v, VF depth, float scale) {
   const VF length2 =
       hn::Add(hn::Add(hn::Mul(u, u), hn::Mul(v, v)), hn::Max(hn::Mul(depth, depth), F(1e-30f)));
-  // The rough root may come out 5e-6 too large: stay within 16 bits.
+  // The approximate root may be 5e-6 too large. The factor keeps the result within 16 bits.
   return EncodeScaled(u, v, hn::Mul(RoughRsqrt(length2), F(scale * 0.99999f)));
 }
 

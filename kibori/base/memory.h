@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: MIT
-// How much memory there is, so that work which can't fit is refused before it starts; and large
-// pages.
+// Queries available memory, so that work that cannot fit is refused before it starts. Also requests
+// large pages.
 #pragma once
 
 #include <cstddef>
 
 namespace kibori {
 
-// Bytes the system can still give; 0 where it does not say.
+// Bytes that the system can still provide; 0 if it is unknown.
 double available_bytes();
 
-// Asks for large pages where a block of memory is not in use yet: a block that is filled once costs
-// a fault a page. Only a hint.
+// Requests large pages for a block of memory that is not in use yet. Otherwise the first write to
+// each small page costs a fault. This is only a hint.
 void prefer_large_pages(void* block, size_t bytes);
 
 }  // namespace kibori

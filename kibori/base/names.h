@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Names of an enum's values, as files, messages and command lines have them. An enum that has names
-// says them in a function beside it, in its order:
+// Names of an enum's values, for files, messages and command lines. An enum with names has a
+// function next to it that returns them in order:
 //
 //   enum class Mode { cut, deposit };
 //   constexpr Names<2> names_of(Mode) { return {"cut", "deposit"}; }
@@ -27,7 +27,7 @@ constexpr std::string_view name_of(Enum value) {
   return names_of(value)[static_cast<size_t>(value)];
 }
 
-// The value of that name; none where there is no such name.
+// The value with this name; nullopt if there is none.
 template <Named Enum>
 constexpr std::optional<Enum> value_of(std::string_view name) {
   const auto names = names_of(Enum{});

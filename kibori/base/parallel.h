@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The one way to run something on several threads: TBB's pool, behind one call.
+// Runs work on several threads. This is the only interface to TBB's pool.
 #pragma once
 
 #include <algorithm>
@@ -13,16 +13,17 @@ namespace detail {
 void run_on_pool(int threads, size_t count, void (*call)(void*, size_t), void* context);
 }  // namespace detail
 
-// Runs f(0) ... f(count - 1) on up to `threads` threads and returns when all are done; on the
-// caller's alone, in order and without allocation, if threads <= 1.
+// Runs f(0) ... f(count - 1) on up to `threads` threads, and returns when all are done. If threads
+// <= 1, it runs on the caller's thread, in order and without allocation.
 template <class F>
 void run_parallel(int threads, size_t count, F&& f) {
   if (threads <= 1 || count <= 1) {
     for (size_t i = 0; i < count; i++) f(i);
     return;
   }
-  // What is before happens before every f, and every f before what is after. The pool sees to that;
-  // said once more for the thread sanitiser, which can't see into it.
+  // Code before the call happens before every f, and every f before the code after the call. The
+  // pool guarantees this. `order` repeats it for the thread sanitiser, which cannot see into the
+  // pool.
   struct Job {
     F& f;
     std::atomic<size_t> order{0};
@@ -40,8 +41,8 @@ void run_parallel(int threads, size_t count, F&& f) {
   static_cast<void>(job.order.load(std::memory_order_acquire));
 }
 
-// Runs f(i, thread) for i < count, each i once, thread < max(threads, 1): for many short pieces
-// that share scratch memory by thread.
+// Runs f(i, thread) for i < count, each i once, with thread < max(threads, 1). For many short
+// pieces of work that share scratch memory per thread.
 template <class F>
 void run_parallel_slices(int threads, size_t count, F&& f) {
   if (threads <= 1) {
@@ -54,7 +55,7 @@ void run_parallel_slices(int threads, size_t count, F&& f) {
   });
 }
 
-// Very short pieces go by the hundred: f(first, number) for ranges of kPieceSize and what is left.
+// For very short pieces: calls f(first, number) for ranges of kPieceSize, and for the remainder.
 inline constexpr size_t kPieceSize = 256;
 template <class F>
 void run_parallel_ranges(int threads, size_t count, F&& f) {
@@ -64,7 +65,7 @@ void run_parallel_ranges(int threads, size_t count, F&& f) {
   });
 }
 
-// The same, f(i) for i < count.
+// The same, as f(i) for i < count.
 template <class F>
 void run_parallel_pieces(int threads, size_t count, F&& f) {
   run_parallel_ranges(threads, count, [&](size_t first, size_t number) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The one way a percentage is written: 100 %, 99.7 %, 0.04 %.
+// Formats a percentage, the same everywhere: 100 %, 99.7 %, 0.04 %.
 #pragma once
 
 #include <algorithm>
@@ -9,9 +9,9 @@
 
 namespace kibori {
 
-// A share (1 is all) in percent: one decimal, or as many as give two digits of what is there or of
-// what is missing, so that 100 % means all and 0 % none (to a millionth of a percent); no
-// exponents, no trailing zeros.
+// Formats a share (1 is all) in percent. It has one decimal, or enough decimals for two digits of
+// the value or of its difference to 100. So 100 % means all and 0 % means none (to a millionth of a
+// percent). No exponents, no trailing zeros.
 inline std::string percent(double share) {
   const double value = 100 * share, smaller = std::min(std::abs(value), std::abs(100 - value));
   const int decimals = smaller > 0 && std::isfinite(smaller)

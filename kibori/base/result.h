@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Errors as values: what happened, where, what to do, in one sentence a user can read.
+// Errors as values. An error is one sentence for the user: what happened, where, what to do.
 #pragma once
 
 #include <string>
@@ -10,18 +10,18 @@
 
 namespace kibori {
 
+// A text of more than 4000 bytes loses its middle.
 struct Error {
+  Error() = default;
+  explicit Error(std::string text);
   std::string message;
 };
 
-// What a file holds may stand in a message: control characters would tear it apart.
-inline std::string sanitize_message(std::string text) {
-  for (char& c : text)
-    if (static_cast<unsigned char>(c) < ' ' || c == 0x7f) c = ' ';
-  return text;
-}
+// For what a message quotes, such as a name from a file: replaces control characters, and the
+// middle of more than 300 bytes.
+std::string sanitize_message(std::string text);
 
-// A value or an Error. Reading the one that is not there is a programming mistake and stops the
+// A value or an Error. Access to the one that is not set is a programming error and stops the
 // program.
 template <class T>
 class [[nodiscard]] Result {

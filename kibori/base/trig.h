@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// sin, cos and arc cosine whose bits do not depend on the C library: results kept in a model must
-// replay anywhere. Accurate to 1e-15 within a turn (1e-14 within ten); checked against the C
-// library in tests/test_base.cpp.
+// sin, cos and arc cosine whose bits do not depend on the C library. Results in a model must replay
+// on every machine. Accurate to 1e-15 within a turn (1e-14 within ten). tests/test_base.cpp checks
+// them against the C library.
 #pragma once
 
 #include <cmath>
@@ -20,7 +20,7 @@ inline SinCos sin_cos(double angle_rad) {
   const double quadrant = std::floor(angle_rad / kHalfPi + 0.5);
   const double x = (angle_rad - quadrant * kHalfPi) - quadrant * kHalfPiLow;
   const double x2 = x * x;
-  // Taylor series: |x| <= pi/4, so the first term left out is below 1e-17.
+  // Taylor series: |x| <= pi/4, so the first omitted term is below 1e-17.
   double sine = 0, cosine = 0;
   for (int n = 17; n >= 3; n -= 2) sine = (1 + sine) * (-x2 / (n * (n - 1)));
   for (int n = 18; n >= 2; n -= 2) cosine = (1 + cosine) * (-x2 / (n * (n - 1)));
@@ -38,9 +38,10 @@ inline SinCos sin_cos(double angle_rad) {
   }
 }
 
-// Angle in [0, pi] of the direction (cosine, sine >= 0); the pair need not be normalised.
+// Angle in [0, pi] of the direction (cosine, sine >= 0). The pair need not be normalised.
 inline double angle_of(double sine, double cosine) {
-  // Newton on sin(a - angle) = 0 from a coarse start: converges cubically, five steps are ample.
+  // Newton's method on sin(a - angle) = 0 from a coarse start. It converges cubically, so five
+  // steps are enough.
   const double length = std::sqrt(sine * sine + cosine * cosine);
   if (!(length > 0)) return 0;
   sine /= length;

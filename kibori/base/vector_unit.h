@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
+// Initialises Highway's choice of a vector unit.
 #pragma once
 
 #include <hwy/targets.h>
 
 namespace kibori {
 
-// Call this before keeping the address that HWY_DYNAMIC_DISPATCH gives. Until the process has
-// called its first kernel that address is a stand-in, which asks the processor what it can do at
-// every call: tens of microseconds each in a virtual machine.
+// Call this before you store the address from HWY_DYNAMIC_DISPATCH. Before the process calls its
+// first kernel, that address is a stub that queries the processor at every call. In a virtual
+// machine, each query takes tens of microseconds.
 inline void choose_vector_unit() {
   hwy::ChosenTarget& chosen = hwy::GetChosenTarget();
   if (!chosen.IsInitialized()) chosen.Update(hwy::SupportedTargets());

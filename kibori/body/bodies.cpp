@@ -15,16 +15,16 @@
 namespace kibori {
 namespace {
 
-constexpr double kFarthestMm = 1e6;  // that a body or a place may be
+constexpr double kFarthestMm = 1e6;  // limit of the distance of a body or a position
 
-bool stands_as(const Pose& a, const Pose& b) { return a.tip == b.tip && a.frame == b.frame; }
+bool same_pose(const Pose& a, const Pose& b) { return a.tip == b.tip && a.frame == b.frame; }
 
 Pose relative(const Pose& of, const Pose& to) {
   const Mat3 back = to.frame.transpose();
   return {back * (of.tip - to.tip), back * of.frame};
 }
 
-// The material that has any span, by number.
+// Materials that have a span, in order of their index.
 std::vector<uint8_t> materials_of(const Snapshot& model) {
   std::vector<bool> there(kMaxMaterials, false);
   const FieldSnapshot& z = model.field(Axis::z);
@@ -46,7 +46,7 @@ std::vector<uint8_t> materials_of(const Snapshot& model) {
   return list;
 }
 
-// Ends of `model` that are ends of `other` too have its paint.
+// Copies paint from `other` to the ends that both have.
 void take_paint(TriDexel& model, const Snapshot& other) {
   for (const Axis axis : kAxes) {
     Field& field = model.field(axis);
@@ -77,10 +77,10 @@ std::string quoted(const Body& body) {
   return text.append(sanitize_message(body.name)).append("'");
 }
 
-// One action on a list that is a copy of the document's.
+// One action on a copy of the document's list.
 class Acting {
  public:
-  Acting(Bodies& bodies, const BodyAction& action, int threads)
+  Acting(BodyList& bodies, const BodyAction& action, int threads)
       : bodies_(bodies), action_(action), threads_(threads) {
     edit_.threads = threads;
   }
@@ -111,7 +111,7 @@ class Acting {
     return Error{rule.fewest > 1 ? "this takes two bodies or more" : "name a body"};
   }
 
-  // That those which are changed may be.
+  // Checks that the bodies to be changed may be changed.
   Status check_changed(const BodyRule& rule) const {
     size_t changed = rule.changes == BodyRule::Changes::all ? action_.bodies.size() : 0;
     if (rule.changes == BodyRule::Changes::first) changed = 1;
@@ -119,7 +119,7 @@ class Acting {
       const Body& body = *bodies_.find(action_.bodies[i]);
       if (body.locked) return Error{"body " + quoted(body) + " is locked; unlock it first"};
       for (const Body& mask : bodies_.all)
-        if (rule.places && mask.locked && goes_with(mask, body))
+        if (rule.places && mask.locked && moves_with(mask, body))
           return Error{"its mask " + quoted(mask) + " is locked; unlock it first"};
       if (body.no_go && !rule.of_no_go)
         return Error{"body " + quoted(body) + " is no-go; allow cuts in it first"};
@@ -127,7 +127,7 @@ class Acting {
     return Ok{};
   }
 
-  // What a verb asks beyond that.
+  // Additional checks of each verb.
   Status check(const BodyJoin&) const { return Ok{}; }
   Status check(const BodySubtract&) const { return Ok{}; }
   Status check(const BodyIntersect&) const { return Ok{}; }
@@ -153,17 +153,17 @@ class Acting {
   }
   Status check(const BodyProtect& verb) const {
     if (action_.bodies.size() > 2) return Error{"a mask is of one body; name that, and the mask"};
-    if (verb.way_mm.empty()) return Error{"say where, and how wide"};
+    if (verb.path_mm.empty()) return Error{"say where, and how wide"};
     if (Status s = check_tool(verb.tool); !s) return s;
-    if (verb.way_mm.size() > kMaxWayPoints)
-      return Error{"a way has at most " + std::to_string(kMaxWayPoints) + " places"};
-    for (const Vec3& p : verb.way_mm)
+    if (verb.path_mm.size() > kMaxPathPoints)
+      return Error{"a way has at most " + std::to_string(kMaxPathPoints) + " places"};
+    for (const Vec3& p : verb.path_mm)
       if (!(p.norm() < kFarthestMm)) return Error{"a way's place is none, or too far away"};
     const Body& own = *bodies_.find(action_.bodies.front());
     if (own.no_go) return Error{"body " + quoted(own) + " is no-go itself"};
     if (action_.bodies.size() == 2) {
       const Body& mask = *bodies_.find(action_.bodies[1]);
-      if (!mask.no_go || mask.locked || !stands_as(mask.pose, own.pose))
+      if (!mask.no_go || mask.locked || !same_pose(mask.pose, own.pose))
         return Error{"body " + quoted(mask) + " is no mask of body " + quoted(own)};
     } else if (verb.operation == SplineOperation::cut) {
       return Error{"name the mask that is to go"};
@@ -212,7 +212,7 @@ class Acting {
       return Status(Ok{});
     });
   }
-  // x -> pose, then the mirror, seen from the lattice that the body then has.
+  // x -> pose, then the mirror. Both in the lattice that the body then has.
   Status act(const BodyMirror& verb) {
     return each_and_masks([&](Body& body) {
       const CutPlane plane = in_body(verb.plane, body.pose);
@@ -224,8 +224,8 @@ class Acting {
   Status act(const BodyMove& verb) {
     return each([&](Body& body) {
       for (Body& mask : bodies_.all)
-        if (goes_with(mask, body))
-          mask.pose = stands_as(mask.pose, body.pose)
+        if (moves_with(mask, body))
+          mask.pose = same_pose(mask.pose, body.pose)
                           ? verb.pose
                           : verb.pose.to_world(body.pose.from_world(mask.pose));
       body.pose = verb.pose;
@@ -262,8 +262,8 @@ class Acting {
     }
     return Ok{};
   }
-  // Masks that are named themselves go their own way.
-  bool goes_with(const Body& mask, const Body& body) const {
+  // A mask moves with its body, unless the action names the mask itself.
+  bool moves_with(const Body& mask, const Body& body) const {
     return mask.mask_of == body.id && mask.no_go &&
            std::count(action_.bodies.begin(), action_.bodies.end(), mask.id) == 0;
   }
@@ -271,7 +271,7 @@ class Acting {
   Status each_and_masks(F&& f) {
     return each([&](Body& body) -> Status {
       for (Body& mask : bodies_.all)
-        if (goes_with(mask, body))
+        if (moves_with(mask, body))
           if (Status s = f(mask); !s) return s;
       return f(body);
     });
@@ -282,7 +282,7 @@ class Acting {
     change_.made.push_back(body.id);
     bodies_.all.push_back(std::move(body));
   }
-  // No material, in the memory of the bodies.
+  // An empty model in the memory of the bodies.
   TriDexel nothing() const {
     const Snapshot& any = bodies_.all.front().model;
     TriDexel model(any, TriDexel(any.lattice).material_bounds());
@@ -293,14 +293,14 @@ class Acting {
     }
     return model;
   }
-  // All that a tool reaches whose tip goes along the way, as the body stands.
-  void sweep_way(const BodyProtect& verb, TriDexel& model, const Pose& body) {
+  // Adds the volume that the tool sweeps along the path, in the body's frame.
+  void sweep_path(const BodyProtect& verb, TriDexel& model, const Pose& body) {
     const Lattice& lattice = model.lattice();
     const Pose back = body.from_world(Pose());
     Removed made;
-    for (size_t i = 0; i < verb.way_mm.size(); i++) {
-      const Vec3 from = back.to_world(verb.way_mm[i]),
-                 to = back.to_world(verb.way_mm[std::min(i + 1, verb.way_mm.size() - 1)]);
+    for (size_t i = 0; i < verb.path_mm.size(); i++) {
+      const Vec3 from = back.to_world(verb.path_mm[i]),
+                 to = back.to_world(verb.path_mm[std::min(i + 1, verb.path_mm.size() - 1)]);
       if (i > 0 && from == to) continue;
       const SweptTool solid(verb.tool, {from, back.frame}, Vec3(to - from), lattice);
       deposit(model, solid.solid(), 0, edit_, made);
@@ -309,7 +309,7 @@ class Acting {
   Status act(const BodyProtect& verb) {
     const Body& own = *bodies_.find(action_.bodies.front());
     TriDexel region = nothing();
-    sweep_way(verb, region, own.pose);
+    sweep_path(verb, region, own.pose);
     const bool more = verb.operation != SplineOperation::cut;
     Body* const mask = action_.bodies.size() > 1 ? bodies_.find(action_.bodies[1]) : nullptr;
     Removed changed;
@@ -318,7 +318,7 @@ class Acting {
     if (more) {
       TriDexel held(own.model, own.material_bounds);
       intersect(held, DexelSolid(region.snapshot(), region.material_bounds()), edit_, changed);
-      if (!(held.volume_mm3() > 0))
+      if (held.empty())
         return Error{"there is nothing of body " + quoted(own) + " to protect there"};
       unite(model, held.snapshot(), held.material_bounds());
     } else {
@@ -333,7 +333,7 @@ class Acting {
       made.pose = own.pose;
       put_back(made, model);
       add(std::move(made), verb.properties.name.value_or("Mask"));
-    } else if (model.volume_mm3() > 0) {
+    } else if (!model.empty()) {
       put_back(*mask, model);
     } else {
       remove(mask->id);
@@ -375,17 +375,17 @@ class Acting {
       const Result<std::shared_ptr<const NoGo>> no_go = no_go_of(bodies_, body.id);
       if (!no_go) return Error{no_go.error()};
       if (no_go.value()) {
-        // What the body had of it is there again.
+        // Restores the body's protected part.
         TriDexel kept(body.model, body.material_bounds);
-        Removed beside;
-        intersect(kept, no_go.value()->solid(), edit_, beside);
+        Removed ignored;
+        intersect(kept, no_go.value()->solid(), edit_, ignored);
         unite(model, kept.snapshot(), kept.material_bounds());
       }
     }
     const double after = model.volume_mm3();
     if (model.content_hash() == body.model.content_hash())
       return Error{"the spline's shape changes nothing of body " + quoted(body)};
-    if (!(after > 0)) return Error{"the spline's shape leaves nothing of body " + quoted(body)};
+    if (model.empty()) return Error{"the spline's shape leaves nothing of body " + quoted(body)};
     change_.removed_mm3 += before - after;
     change_.clipped |= verb.operation == SplineOperation::deposit && done.value().clipped;
     put_back(body, model);
@@ -449,14 +449,14 @@ class Acting {
     return Ok{};
   }
 
-  // f(model of the first, another), where the other stands as the first does.
+  // Calls f(model of the first body, other body). The other is placed at the first one's pose.
   template <class F>
   Status combine(F&& f) {
     Body first = *bodies_.find(action_.bodies.front());
     TriDexel model(first.model, first.material_bounds);
     for (size_t i = 1; i < action_.bodies.size(); i++) {
       Body other = *bodies_.find(action_.bodies[i]);
-      if (!stands_as(first.pose, other.pose)) {
+      if (!same_pose(first.pose, other.pose)) {
         const Pose there = relative(other.pose, first.pose);
         if (Status s = place(other, {there.frame, there.tip}, [] {}); !s) return s;
       }
@@ -471,7 +471,7 @@ class Acting {
   Status place(Body& body, const Affine& to, F&& done) {
     Result<Placed> placed = place_model(body.model, to, threads_);
     if (!placed) return Error{"body " + quoted(body) + ": " + placed.error()};
-    // Of a mask little may be left.
+    // A mask may become empty.
     if (placed.value().model->material_bounds().empty() && body.mask_of == 0)
       return Error{"body " + quoted(body) + ": there is no material left"};
     change_.clipped |= placed.value().clipped;
@@ -480,7 +480,7 @@ class Acting {
     return Ok{};
   }
 
-  Bodies& bodies_;
+  BodyList& bodies_;
   const BodyAction& action_;
   const int threads_;
   EditOptions edit_;
@@ -504,54 +504,54 @@ bool is_rigid(const Pose& pose) {
          pose.frame.determinant() > 0;
 }
 
-Body* Bodies::find(BodyId id) {
+Body* BodyList::find(BodyId id) {
   for (Body& body : all)
     if (body.id == id) return &body;
   return nullptr;
 }
 
-const Body* Bodies::find(BodyId id) const {
+const Body* BodyList::find(BodyId id) const {
   for (const Body& body : all)
     if (body.id == id) return &body;
   return nullptr;
 }
 
-Bodies Bodies::of(const TriDexel& model) {
-  Bodies bodies;
+BodyList BodyList::of(const TriDexel& model) {
+  BodyList bodies;
   bodies.all.emplace_back();
   bodies.all.back().model = model.snapshot();
   bodies.all.back().material_bounds = model.material_bounds();
   return bodies;
 }
 
-uint64_t Bodies::content_hash() const {
+uint64_t BodyList::content_hash() const {
   if (all.size() == 1) return all.front().model.content_hash();
   Hash hash;
   for (const Body& body : all) hash.add(body.model.content_hash());
   return hash.value();
 }
 
-double Bodies::volume_mm3() const {
+double BodyList::volume_mm3() const {
   double sum = 0;
   for (const Body& body : all) sum += body.model.volume_mm3();
   return sum;
 }
 
-Result<BodyChange> apply(Bodies& bodies, const BodyAction& action, int threads) {
-  Bodies changed = bodies;
+Result<BodyChange> apply(BodyList& bodies, const BodyAction& action, int threads) {
+  BodyList changed = bodies;
   Result<BodyChange> done = Acting(changed, action, threads).run();
   if (done) bodies = std::move(changed);
   return done;
 }
 
-Result<std::shared_ptr<const NoGo>> no_go_of(const Bodies& bodies, BodyId worked_on) {
+Result<std::shared_ptr<const NoGo>> no_go_of(const BodyList& bodies, BodyId worked_on) {
   const Body& own = *bodies.find(worked_on);
   std::unique_ptr<TriDexel> all;
   for (const Body& body : bodies.all) {
-    if (!body.no_go || body.id == worked_on || body.model.volume_mm3() == 0) continue;
+    if (!body.no_go || body.id == worked_on || body.model.empty()) continue;
     if (!all) all = std::make_unique<TriDexel>(own.model.lattice);
     Removed put_down;
-    if (stands_as(body.pose, own.pose)) {
+    if (same_pose(body.pose, own.pose)) {
       deposit(*all, DexelSolid(body.model, body.material_bounds), 0, {}, put_down);
       continue;
     }
@@ -568,7 +568,7 @@ Result<std::shared_ptr<const NoGo>> no_go_of(const Bodies& bodies, BodyId worked
 
 namespace {
 
-// Whether a piece of `z` reaches into what is no-go.
+// True if a piece of `z` reaches into the protected region.
 bool holds_some(const Pieces& pieces, int piece, const FieldSnapshot& z, const NoGo& no_go) {
   const NodeBounds& box = pieces.all()[static_cast<size_t>(piece)].box;
   const LatticeBox& there = no_go.bounds();
@@ -618,10 +618,10 @@ CrumbResult take_crumbs(TriDexel& model, const Snapshot& before, Crumbs rule, co
   return result;
 }
 
-std::vector<BodyId> add_bodies(Bodies& bodies, const Pose& pose,
+std::vector<BodyId> add_bodies(BodyList& bodies, const Pose& pose,
                                const std::vector<Portion>& portions) {
   std::vector<BodyId> made;
-  // All of them before the list grows, which moves the bodies that are there.
+  // Creates all new bodies first, because a growing list moves the existing bodies.
   std::vector<Body> added;
   for (const Portion& portion : portions) {
     Body& body = added.emplace_back();

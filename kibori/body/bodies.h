@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// The bodies of a document: each a model on the one lattice, with a pose of its own, and the
-// actions that change which there are. Strokes change one body's model (motion/); actions change
-// the list.
+// The bodies of a document, and the actions that change the list of bodies. Each body is a model on
+// the document's lattice, with its own pose. Strokes change the model of one body (motion/).
+// Actions change the list.
 //
-// Where bodies stand alike, what joins or subtracts them is exact: their ends are the same floats.
-// A body that stands otherwise is put onto the other's lattice first, by its surface.
+// If bodies have the same pose, joins and subtractions are exact: their ends are the same floats.
+// If a body has another pose, its surface is first converted onto the other's lattice.
 #pragma once
 
 #include <memory>
@@ -21,73 +21,80 @@
 
 namespace kibori {
 
+// One body: a model with a name, a pose and flags.
 struct Body {
   BodyId id = 1;
   std::string name = "Body 1";
-  // Of the lattice in the world: a rigid motion, x_world = tip + frame x.
+  // The lattice's pose in the world: a rigid motion, x_world = tip + frame x.
   Pose pose;
   bool visible = true;
   bool locked = false;  // nothing changes it
-  bool no_go = false;   // and no stroke on another body cuts into what it holds: see no_go_of
-  BodyId mask_of = 0;   // that it moves with; 0: of none
+  bool no_go = false;   // like locked, and no stroke on another body cuts it: see no_go_of
+  BodyId mask_of = 0;   // the body that this mask moves with; 0: it is no mask
   Snapshot model;
   LatticeBox material_bounds;
 
-  // Its material stays as it is.
+  // True if its material must not change.
   bool kept() const { return locked || no_go; }
 };
 
-// Whether a pose is a place within a kilometre and a turn.
+// True if the pose is a rotation and a position within one kilometre.
 bool is_rigid(const Pose& pose);
 
-struct Bodies {
-  std::vector<Body> all;  // as they came to be
-  BodyId next = 2;        // number of the next one; a number is given once
+// All bodies of a document, with their ids.
+struct BodyList {
+  std::vector<Body> all;  // in order of creation
+  BodyId next = 2;        // id of the next body; an id is never reused
 
   Body* find(BodyId id);
   const Body* find(BodyId id) const;
-  // One body: a document as it begins.
-  static Bodies of(const TriDexel& model);
-  // Hash of all models in order; of one alone it is its own.
+  // A list of one body, for a new document.
+  static BodyList of(const TriDexel& model);
+  // Hash of all models in order. The hash of a single body is its model's hash.
   uint64_t content_hash() const;
-  // Sum over all [mm^3].
+  // Sum over all bodies [mm^3].
   double volume_mm3() const;
 };
 inline constexpr size_t kMaxBodies = 1000;
 
+// Result of an action.
 struct BodyChange {
   std::vector<BodyId> made, gone;
-  double removed_mm3 = 0;  // by kerfs and splines; less than 0: added
+  double removed_mm3 = 0;  // by kerfs and splines; negative: added
   double area_mm2 = 0;     // of cuts
-  bool clipped = false;    // material came to lie beyond the lattice, and is lost
+  bool clipped = false;    // material moved beyond the lattice and is lost
 };
 
-// Errors leave `bodies` as they are: no such body, a locked one, a cutter that check_cutter
-// refuses, a pose that is no rigid motion, too many bodies, or nothing that the action would do.
-Result<BodyChange> apply(Bodies& bodies, const BodyAction& action, int threads = 1);
+// Applies an action. An error leaves `bodies` unchanged: no such body, a locked body, a cutter that
+// check_cutter rejects, a pose that is no rigid motion. Also too many bodies, or an action without
+// effect.
+Result<BodyChange> apply(BodyList& bodies, const BodyAction& action, int threads = 1);
 
-// What strokes on a body may not cut: all that other bodies which are no-go hold, as the body's
-// lattice stands; null: there is none. Errors: one of them can't be put there (place_model).
-Result<std::shared_ptr<const NoGo>> no_go_of(const Bodies& bodies, BodyId worked_on);
+// The material that strokes on a body must not cut: that of all other protected bodies, in the
+// coordinates of the body's lattice. Null if there is none. Errors: place_model cannot convert one
+// of them.
+Result<std::shared_ptr<const NoGo>> no_go_of(const BodyList& bodies, BodyId worked_on);
 
-// What becomes of pieces that a stroke severs: those of less than a tenth of what they were cut
-// from fall away and larger ones become bodies (sort); or all stay, fall away, or become bodies.
+// The treatment of pieces that a stroke severs. `sort`: pieces below a tenth of the piece they came
+// from fall away, larger ones become bodies. `stay`, `fall`, `body`: all stay, all fall away, or
+// all become bodies.
 enum class Crumbs { sort, stay, fall, body };
 constexpr Names<4> names_of(Crumbs) { return {"sort", "stay", "fall", "body"}; }
 inline constexpr double kCrumbShare = 0.1;
 
+// Result of take_crumbs.
 struct CrumbResult {
-  std::vector<Portion> portions;  // that are bodies now
+  std::vector<Portion> portions;  // severed pieces that become bodies
   double fallen_mm3 = 0;
   int fallen = 0;
 };
-// To be called at a stroke's end: `model` is as the stroke left it, `before` as it found it. Takes
-// what it severed out of `model`.
+// Call at the end of a stroke. `before` is the model before the stroke, `model` after it. Removes
+// the severed pieces from `model`.
 CrumbResult take_crumbs(TriDexel& model, const Snapshot& before, Crumbs rule,
                         const NoGo* no_go = nullptr, int threads = 1);
-// Adds what take_crumbs gave, as bodies that stand at `pose`, which may be that of one of `bodies`;
-// their numbers.
-std::vector<BodyId> add_bodies(Bodies& bodies, const Pose& pose,
+// Adds the portions of take_crumbs as bodies with `pose`. `pose` may refer to a pose in `bodies`.
+// Returns their ids.
+std::vector<BodyId> add_bodies(BodyList& bodies, const Pose& pose,
                                const std::vector<Portion>& portions);
 
 }  // namespace kibori

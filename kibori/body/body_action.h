@@ -1,8 +1,14 @@
 // SPDX-License-Identifier: MIT
-// What is done with the bodies of a document: a struct for each verb, with what it needs beyond the
-// bodies that it names. Adding one: a struct here, a place in BodyVerb, and what it does in
-// bodies.cpp, its JSON in document/body_codec.cpp and its label in the studio; without them nothing
-// compiles.
+// The actions on the bodies of a document. There is one struct per verb, with the data that it
+// needs in addition to the bodies it names.
+//
+// A new verb needs:
+// - a struct here and an entry in BodyVerb,
+// - its effect in bodies.cpp,
+// - its JSON in document/body_codec.cpp,
+// - its label in the studio.
+//
+// If one is missing, nothing compiles.
 #pragma once
 
 #include <array>
@@ -22,93 +28,96 @@
 namespace kibori {
 
 using BodyId = int;
-inline constexpr size_t kMaxWayPoints = 4096;
+inline constexpr size_t kMaxPathPoints = 4096;
 
-// What a verb asks of the bodies that it names.
+// Requirements of a verb on the bodies that it names.
 struct BodyRule {
   enum class Changes { none, first, all };
   size_t fewest = 1;
-  Changes changes = Changes::all;  // a locked body, or one that is no-go, refuses it
-  bool of_no_go = false;           // it may change a body that is no-go all the same
-  bool places = false;             // masks go with their bodies
+  Changes changes = Changes::all;  // a locked or protected body refuses such a change
+  bool of_no_go = false;           // the verb may change a protected body
+  bool places = false;             // masks move with their bodies
 };
 
-// Those that are given are set.
+// Only the properties that have a value are set.
 struct BodyProperties {
   std::optional<std::string> name = {};
   std::optional<bool> visible = {}, locked = {}, no_go = {};
 };
 
-// By the cutter, in world coordinates. Of no body: of all that can be changed.
+// Cuts with the cutter, in world coordinates. If no body is named, it cuts all bodies that may
+// change.
 struct BodyCut {
   static constexpr const char* kVerb = "cut";
   static constexpr BodyRule kRule{0};
   Cutter cutter = {};
 };
 
-// The others go into the first.
+// Moves the material of the other bodies into the first one.
 struct BodyJoin {
   static constexpr const char* kVerb = "join";
   static constexpr BodyRule kRule{2};
 };
 
-// The others are cut from the first, and stay.
+// Cuts the other bodies from the first one. The others stay.
 struct BodySubtract {
   static constexpr const char* kVerb = "subtract";
   static constexpr BodyRule kRule{2, BodyRule::Changes::first};
 };
 
-// Of the first stays what lies in all others, which stay.
+// Reduces the first body to what it shares with all others. The others stay.
 struct BodyIntersect {
   static constexpr const char* kVerb = "intersect";
   static constexpr BodyRule kRule{2, BodyRule::Changes::first};
 };
 
-// Each piece becomes a body; the largest stays.
+// Makes a body of each piece. The largest piece stays.
 struct BodySeparate {
   static constexpr const char* kVerb = "separate";
   static constexpr BodyRule kRule{};
 };
 
-// A copy of each, in the same place.
+// Copies each body, in the same place.
 struct BodyDuplicate {
   static constexpr const char* kVerb = "duplicate";
   static constexpr BodyRule kRule{1, BodyRule::Changes::none};
 };
 
-// In a plane, in world coordinates.
+// Mirrors in a plane, in world coordinates.
 struct BodyMirror {
   static constexpr const char* kVerb = "mirror";
   static constexpr BodyRule kRule{.places = true};
   CutPlane plane = {};
 };
 
-// To a pose.
+// Moves to a pose.
 struct BodyMove {
   static constexpr const char* kVerb = "move";
   static constexpr BodyRule kRule{.of_no_go = true, .places = true};
   Pose pose = {};
 };
 
-// Its lattice stands as the world does, and its surface where it was.
+// Resets the body's pose to the identity and keeps its surface in place.
 struct BodyBake {
   static constexpr const char* kVerb = "bake";
   static constexpr BodyRule kRule{.of_no_go = true, .places = true};
 };
 
-// Of the list.
+// Removes bodies from the list.
 struct BodyRemove {
   static constexpr const char* kVerb = "remove";
   static constexpr BodyRule kRule{.of_no_go = true};
 };
 
+// Changes name, visibility, lock or protection.
 struct BodySet {
   static constexpr const char* kVerb = "set";
   static constexpr BodyRule kRule{1, BodyRule::Changes::none};
   BodyProperties properties = {};
 };
 
-// A new one, where none is named: what `tool` holds at `pose`. It can't be locked.
+// Adds a body with the material that `tool` encloses at `pose`. Names no body. The new body cannot
+// be locked.
 struct BodyAdd {
   static constexpr const char* kVerb = "add";
   static constexpr BodyRule kRule{0};
@@ -118,18 +127,19 @@ struct BodyAdd {
   BodyProperties properties = {};
 };
 
-// What the first holds of the way of `tool` becomes no-go: a body of its own, or of the second.
+// Protects the part of the first body that `tool` covers along its path. The part becomes a mask,
+// or is added to the second body.
 struct BodyProtect {
   static constexpr const char* kVerb = "protect";
   static constexpr BodyRule kRule{1, BodyRule::Changes::none};
   Tool tool = BallTool{};
-  std::vector<Vec3> way_mm = {};                         // of its tip, upright, in the world
-  SplineOperation operation = SplineOperation::deposit;  // cut: it may be cut again
-  bool follows = true;             // a mask that is made moves, turns and mirrors with the first
-  BodyProperties properties = {};  // of a mask that is made: its name
+  std::vector<Vec3> path_mm = {};                        // of its tip, upright, in the world
+  SplineOperation operation = SplineOperation::deposit;  // cut: ends the protection
+  bool follows = true;             // a new mask moves, turns and mirrors with the first body
+  BodyProperties properties = {};  // of a new mask: its name
 };
 
-// What a shape makes is added, or cut from it; or all else goes.
+// Adds a shape, cuts it away, or keeps only what is inside it.
 struct BodySpline {
   static constexpr const char* kVerb = "spline";
   static constexpr BodyRule kRule{};
@@ -138,7 +148,7 @@ struct BodySpline {
   uint8_t material = 0;
 };
 
-// All verbs: the one list of them.
+// All verbs. This is the only list.
 using BodyVerb = std::variant<BodyCut, BodyJoin, BodySubtract, BodyIntersect, BodySeparate,
                               BodyDuplicate, BodyMirror, BodyMove, BodyBake, BodyRemove, BodySet,
                               BodyAdd, BodyProtect, BodySpline>;
@@ -151,18 +161,20 @@ constexpr std::array<std::string_view, sizeof...(Verb)> verbs_of(
 }
 }  // namespace internal
 
-// The names of all verbs, in the order of BodyVerb; documents and messages call them so.
+// The names of all verbs, in the order of BodyVerb. Documents and messages use them.
 inline constexpr auto kBodyVerbs = internal::verbs_of(std::type_identity<BodyVerb>());
 
+// One action: a verb, and the bodies that it names.
 struct BodyAction {
   std::vector<BodyId> bodies;
   BodyVerb verb;
 };
 
+// The name of an action's verb.
 inline std::string_view verb_of(const BodyAction& action) {
   return kBodyVerbs[action.verb.index()];
 }
-// A verb by its name, with nothing said of it yet; none where there is no such verb.
+// A verb by its name, with default data; nullopt if the name is unknown.
 std::optional<BodyVerb> default_verb(std::string_view name);
 
 }  // namespace kibori

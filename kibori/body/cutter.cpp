@@ -24,15 +24,16 @@ namespace {
 using Vec2 = Eigen::Vector2d;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-// A severed piece of less than this share of what it was cut from is sawdust.
+// A severed piece below this share of the model that was cut is sawdust.
 constexpr double kSawdust = 1e-5;
-// Sides of a smooth curve that meet at an angle of more than 20 degrees (its cosine) have a corner.
+// Adjacent sides of a smooth curve form a corner if their angle exceeds 20 degrees. This is its
+// cosine.
 constexpr double kCorner = 0.94;
-// How far the sides of a smooth curve may be from it [cells].
+// Maximum distance between a smooth curve and its sides [cells].
 constexpr double kChord = 0.02;
-// The same [mm] where it is looked at for loops.
+// The same [mm] for the check for loops.
 constexpr double kCheckedChord = 0.05;
-// Corners of the arc that closes an open curve's outline, far outside of the lattice.
+// Number of corners of the arc that closes an open curve's outline, far outside of the lattice.
 constexpr int kArcCorners = 24;
 
 double cross(const Vec2& a, const Vec2& b) { return a.x() * b.y() - a.y() * b.x(); }
@@ -44,7 +45,7 @@ OutlineSide straight_side(const Vec2& a, const Vec2& b) {
   return {a, b, n, n};
 }
 
-// The curve's places in the plane, without those that fall together there.
+// The curve's points in the plane, without coincident ones.
 std::vector<Vec2> flat_places(const std::vector<Vec3>& curve, const AcrossPlane& plane,
                               bool closed) {
   std::vector<Vec2> flat;
@@ -62,7 +63,7 @@ bool cross_each_other(const Vec2& a, const Vec2& b, const Vec2& c, const Vec2& d
   return p * q < 0 && r * s < 0;
 }
 
-// Whether the line through `places` meets itself elsewhere than at its corners.
+// True if the polyline through `places` crosses itself.
 bool crosses_itself(const std::vector<Vec2>& places, bool closed) {
   const size_t n = places.size(), sides = closed ? n : n - 1;
   for (size_t i = 0; i < sides; i++)
@@ -73,7 +74,7 @@ bool crosses_itself(const std::vector<Vec2>& places, bool closed) {
   return false;
 }
 
-// An open curve whose ends go on straight, `far` from where they begin.
+// An open curve whose ends are extended straight by `far`.
 std::vector<Vec2> drawn_on(std::vector<Vec2> places, double far) {
   const Vec2 first = (places[0] - places[1]).normalized();
   const Vec2 last = (places.back() - places[places.size() - 2]).normalized();
@@ -82,7 +83,7 @@ std::vector<Vec2> drawn_on(std::vector<Vec2> places, double far) {
   return places;
 }
 
-// `smooth`: normals go over from one side to the next, but for corners.
+// `smooth`: normals blend from one side to the next, except at corners.
 std::vector<OutlineSide> sides_through(const std::vector<Vec2>& places, bool closed, bool smooth) {
   std::vector<OutlineSide> sides;
   for (size_t i = 0; i + 1 < places.size() + (closed ? 1 : 0); i++)
@@ -96,7 +97,8 @@ std::vector<OutlineSide> sides_through(const std::vector<Vec2>& places, bool clo
   return sides;
 }
 
-// All to the left of an open curve, or within a closed one, as far as the lattice reaches.
+// Outline of the region to the left of an open curve, or within a closed one. It extends beyond the
+// lattice.
 std::vector<Vec2> outline_of(const std::vector<Vec2>& flat, bool closed, const AcrossPlane& plane,
                              const Lattice& lattice) {
   std::vector<Vec2> outline = flat;
@@ -105,7 +107,7 @@ std::vector<Vec2> outline_of(const std::vector<Vec2>& flat, bool closed, const A
     const Vec2 middle = plane.to_plane(half);
     double reach = half.norm();
     for (const Vec2& p : flat) reach = std::max(reach, (p - middle).norm());
-    // The ends to a circle around all of it, and on around that to where the curve begins.
+    // Extends the ends to a circle around the lattice and follows it to the curve's beginning.
     outline = drawn_on(flat, 4 * reach);
     const double radius = 8 * reach;
     const auto angle = [&](const Vec2& p) {
@@ -115,13 +117,13 @@ std::vector<Vec2> outline_of(const std::vector<Vec2>& flat, bool closed, const A
     const double from = angle(outline.back());
     double turn = angle(outline.front()) - from;
     while (turn <= 0) turn += 2 * std::numbers::pi;
-    // So far outside that their last bits show nowhere.
+    // So far outside that rounding errors of the functions below have no effect.
     for (int i = 0; i <= kArcCorners; i++) {
       const double a = from + turn * i / kArcCorners;
       outline.push_back(middle + radius * Vec2(std::cos(a), std::sin(a)));
     }
   }
-  // Counter-clockwise, as an open curve's is by now.
+  // Counter-clockwise, as the outline of an open curve already is.
   double area = 0;
   for (size_t i = 0; i < outline.size(); i++)
     area += cross(outline[i], outline[(i + 1) % outline.size()]);
@@ -129,7 +131,7 @@ std::vector<Vec2> outline_of(const std::vector<Vec2>& flat, bool closed, const A
   return outline;
 }
 
-// The places of a cutter's curve, or of the smooth curve through them.
+// Points of a cutter's curve, or of the smooth curve through them.
 Result<std::vector<Vec3>> places_of(const CutCurve& cut, double tolerance_mm) {
   if (!cut.smooth) return cut.curve_mm;
   const Result<CubicSpline> curve = CubicSpline::make({cut.curve_mm, cut.closed, true});
@@ -146,15 +148,15 @@ std::vector<Vec3> to_lattice(const std::vector<Vec3>& curve, const Lattice& latt
   return units;
 }
 
-// Which ends of a plane's spans are new: all ones, else 0.
+// Marks the new ends of a plane's spans: all ones, else 0.
 using EndMask = std::array<uint32_t, kTileRays>;
 
-// Calls f(plane, which of its `in` ends are new, which of its `out` ends) for the planes of `is`;
-// new is what `was` has not.
+// Calls f(plane, new `in` ends, new `out` ends) for the planes of `is`. An end is new if `was` does
+// not have it.
 template <class F>
 void for_new_ends_by_plane(const Tile& was, const Tile& is, F&& f) {
   for (const Plane* p = &is.first; p && !is.empty; p = p->next) {
-    // All rays of a tile together, as they lie in memory.
+    // All rays of a tile together, in memory order.
     EndMask new_in, new_out;
     for (size_t slot = 0; slot < kTileRays; slot++)
       new_in[slot] = new_out[slot] = p->in[slot] < p->out[slot] ? ~0u : 0u;
@@ -167,8 +169,8 @@ void for_new_ends_by_plane(const Tile& was, const Tile& is, F&& f) {
   }
 }
 
-// Calls f(place [cells], area [cells^2], material) for all ends that `after` has and `before` has
-// not.
+// Calls f(place [cells], area [cells^2], material) for each end that `after` has and `before` does
+// not have.
 template <class F>
 void for_new_ends(const Snapshot& before, const Snapshot& after, F&& f) {
   for (const Axis axis : kAxes) {
@@ -198,7 +200,7 @@ void for_new_ends(const Snapshot& before, const Snapshot& after, F&& f) {
   }
 }
 
-// The sum of what the surface's area has along the rays, by those ends of a plane [cells^2].
+// Sum of the surface's area along the rays, over the given ends of a plane [cells^2].
 double area_at(const uint32_t (&codes)[kTileRays], const EndMask& ends) {
   uint32_t any = 0;
   for (const uint32_t end : ends) any |= end;
@@ -211,7 +213,7 @@ double area_at(const uint32_t (&codes)[kTileRays], const EndMask& ends) {
     others |= (codes[slot] ^ codes[first]) & ends[slot];
     count -= static_cast<int>(ends[slot]);
   }
-  // A flat cut has one normal, and one along a line has few.
+  // A flat cut has one normal, and a cut along a line has few.
   uint32_t code = codes[first];
   double share = depth_share(code);
   if (!others) return count * share;
@@ -224,12 +226,12 @@ double area_at(const uint32_t (&codes)[kTileRays], const EndMask& ends) {
   return sum;
 }
 
-// What an edit lays bare: the surface's area where the model has ends that it had not before.
+// Area of the surface that an edit exposes: at the ends that the model did not have before.
 class NewArea {
  public:
   explicit NewArea(const TriDexel& model) : model_(model), before_(model.snapshot()) {}
 
-  // To be told of each tile that the edit is done with.
+  // Callback for each tile that the edit has finished.
   TileDone counter() {
     return [this](Axis axis, int tu, int tv) {
       const Tile &was = before_.field(axis).tile(tu, tv),
@@ -249,7 +251,7 @@ class NewArea {
   }
 
  private:
-  struct alignas(64) Sum {  // each field's thread writes its own line of memory
+  struct alignas(64) Sum {  // each field's thread writes its own cache line
     double area = 0;        // [cells^2]
   };
   const TriDexel& model_;
@@ -257,13 +259,13 @@ class NewArea {
   std::array<Sum, 3> sums_;
 };
 
-// `cut` has passed check_cutter.
+// Precondition: check_cutter accepted `cut`.
 std::vector<Vec3> curve_in(const CutCurve& cut, const Lattice& lattice) {
   Result<std::vector<Vec3>> places = places_of(cut, kChord * lattice.pitch_mm);
   return to_lattice(places ? places.value() : cut.curve_mm, lattice);
 }
 
-// Calls f with the half of space, or what a curve parts off, that is the portion.
+// Calls f with the portion: a half space, or the region that a curve separates.
 template <class F>
 void with_portion(const CutPlane& cut, const Lattice& lattice, F&& f) {
   const SweptTool portion(HalfSpace{}, {cut.point_mm, frame_from_axis(cut.normal)}, Vec3::Zero(),
@@ -288,7 +290,7 @@ CutOff without_kerf(TriDexel& model, const Cutter& cutter, int threads) {
   options.tile_done = &count;
   TriDexel off(new_area.before(), model.material_bounds());
   const Lattice& lattice = model.lattice();
-  // A ray that lies in the cut goes to one of the two.
+  // A ray that lies in the cut belongs to one of the two portions.
   Removed from_model, from_off;
   std::visit(
       [&](const auto& cut) {
@@ -307,13 +309,14 @@ CutOff without_kerf(TriDexel& model, const Cutter& cutter, int threads) {
   return done;
 }
 
-// All within half the kerf, in cells, of a plane or curve.
+// All points within half the kerf, in cells, of a plane or curve.
 std::unique_ptr<Solid> kerf_of(const CutPlane& cut, double kerf, const Lattice& lattice) {
   ConvexBody slab;
   slab.add_plane(Vec3::UnitZ(), kerf / 2);
   slab.add_plane(-Vec3::UnitZ(), kerf / 2);
   slab.local_bounds = {Vec3::Constant(-kInfinity), Vec3::Constant(kInfinity)};
-  // Its point may be far away, where float32 is coarse; what is cut is here.
+  // The plane's point may be far away, where float32 is coarse. So the point nearest to the
+  // lattice's centre is used.
   const Vec3 middle = lattice.whole().centre().units, normal = cut.normal.normalized(),
              point = lattice.to_lattice(cut.point_mm).units;
   return std::make_unique<SweptConvex>(slab,
@@ -342,7 +345,7 @@ CutOff with_kerf(TriDexel& model, const Cutter& cutter, int threads) {
   cut(model, *kerf, options, removed);
   CutOff done;
   const double cell = lattice.pitch_mm * lattice.pitch_mm * lattice.pitch_mm;
-  done.removed_mm3 = removed.mean_volume() * cell;
+  done.removed_mm3 = removed.volume() * cell;
   done.area_mm2 = new_area.mm2() / 2;
   const Severed severed = find_severed(new_area.before(), model.snapshot(), threads);
   if (severed.parts.empty()) return done;
@@ -384,11 +387,11 @@ Status check_shape(const CutCurve& cut, double kerf_mm) {
   if (flat.size() < fewest)
     return Error{"a cutter's curve needs " + std::to_string(fewest) +
                  " places that differ as seen along its direction"};
-  const bool goes_on = !cut.closed && kerf_mm == 0;
-  if (crosses_itself(goes_on ? drawn_on(flat, 1e7) : flat, cut.closed))
-    return Error{goes_on ? "a cutter's curve crosses itself, or its ends do where they go on "
-                           "straight; draw it without a loop"
-                         : "a cutter's curve crosses itself; draw it without a loop"};
+  const bool extended = !cut.closed && kerf_mm == 0;
+  if (crosses_itself(extended ? drawn_on(flat, 1e7) : flat, cut.closed))
+    return Error{extended ? "a cutter's curve crosses itself, or its ends do where they go on "
+                            "straight; draw it without a loop"
+                          : "a cutter's curve crosses itself; draw it without a loop"};
   return Ok{};
 }
 

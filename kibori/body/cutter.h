@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// A cutter takes a portion off a body (Hiraike et al.): along a plane, or along a curve that is
-// swept without end. Nothing is lost, or a kerf as a saw or a wire leaves it.
+// A cutter separates a portion from a body (Hiraike et al.). It cuts along a plane, or along a
+// curve that is swept without end. It loses nothing, or it loses a kerf, as a saw or a wire does.
 //
-// Without a kerf one body becomes two that share their tiles and, along the cut, their ends: so
-// their volumes add up to the first one's, to rounding. With a kerf the material within half of it
-// of the cut goes, and what then hangs together is one body.
+// Without a kerf, one body becomes two that share tiles and, along the cut, ends. Therefore, their
+// volumes add up to the first one's, to rounding. With a kerf, the material within half the kerf of
+// the cut is removed. Then each connected piece is one body.
 #pragma once
 
 #include <functional>
@@ -16,23 +16,24 @@
 
 namespace kibori {
 
-// The portion lies where `normal` points.
+// The portion is on the side to which `normal` points.
 struct CutPlane {
   Vec3 point_mm = Vec3::Zero(), normal = Vec3::UnitZ();
   bool operator==(const CutPlane&) const = default;
 };
 
-// Through these places, swept both ways along `along`. Open: its ends go on straight without end,
-// and the portion lies to the left as `along` points at you; with a kerf it cuts as far as it was
-// drawn. Closed: the portion lies within.
+// A curve through these points, swept in both directions along `along`. Open: its ends continue
+// straight without end. The portion is to the left if `along` points at the viewer. With a kerf, it
+// cuts only as far as the curve was drawn. Closed: the portion is inside.
 struct CutCurve {
   std::vector<Vec3> curve_mm = {};
   Vec3 along = Vec3::UnitZ();
   bool closed = false;
-  bool smooth = false;  // a curve through the places, not straight between them
+  bool smooth = false;  // a smooth curve through the points, not straight lines between them
   bool operator==(const CutCurve&) const = default;
 };
 
+// A cutter: its shape and the width of its kerf.
 struct Cutter {
   std::variant<CutPlane, CutCurve> shape = {};
   double kerf_mm = 0;  // 0: nothing is lost
@@ -40,39 +41,40 @@ struct Cutter {
 };
 inline constexpr size_t kMaxCurvePoints = 1000;  // smooth: kMaxSplinePoints
 
-// Errors: a direction of no length, a number that is not finite, too few or too many places, a
-// curve that crosses itself (without a kerf: its ends drawn on, too).
+// Errors: a direction of zero length, a number that is not finite, too few or too many points, a
+// curve that crosses itself. Without a kerf, its extended ends must not cross it either.
 Status check_cutter(const Cutter& cutter);
-// The same for a body that stands at `pose`, in the body's own coordinates.
+// Converts a plane or a cutter into the coordinates of a body with this pose.
 CutPlane in_body(const CutPlane& plane, const Pose& pose);
 Cutter in_body(const Cutter& cutter, const Pose& pose);
 
-// A part of a body, as a body of its own.
+// A part of a body that becomes a body.
 struct Portion {
   Snapshot model;
   LatticeBox material_bounds;
 };
 struct CutOff {
-  std::vector<Portion> portions;  // what came away; empty: all is on one side, or hangs together
-  double area_mm2 = 0;            // of the cut, on one side of it
-  double removed_mm3 = 0;         // the kerf
+  // what was separated; empty: all is on one side, or still connected
+  std::vector<Portion> portions;
+  double area_mm2 = 0;     // of the cut, on one side of it
+  double removed_mm3 = 0;  // the kerf
 };
-// Cuts `model`, which keeps what lies behind the plane, to the curve's right, or outside it; of
-// what a kerf severs it keeps the largest. `cutter` has passed check_cutter, in the body's
-// coordinates.
+// Cuts `model`. It keeps what is behind the plane, to the right of the curve, or outside it. If a
+// kerf severs it, it keeps the largest piece. `cutter` is in the body's coordinates and must have
+// passed check_cutter.
 CutOff cut_off(TriDexel& model, const Cutter& cutter, int threads = 1);
 
-// What a cutter that goes along `feed` (unit, in the body's coordinates) lays bare between two
-// states of one model, or of models beside it, by steps of a cell. gc: by material, the work for it
-// [N/mm].
+// The area that a cutter exposes while it moves along `feed` (unit, in the body's coordinates), in
+// steps of one cell. It compares two states of one model, or of models that share its memory. `gc`
+// returns the cutting work of a material [N/mm].
 struct CutProgress {
-  struct Step {
+  struct Sample {
     double area_mm2 = 0, work_nmm = 0;
     Vec3 middle_mm = Vec3::Zero();  // of the area
   };
-  double from_mm = 0;  // along the feed, where it first meets any
+  double from_mm = 0;  // along the feed, where it first meets material
   double step_mm = 0;
-  std::vector<Step> steps;
+  std::vector<Sample> steps;
 };
 CutProgress cut_progress(const Snapshot& before, const Snapshot& after, const Vec3& feed,
                          const std::function<double(uint8_t)>& gc);

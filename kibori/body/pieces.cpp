@@ -27,7 +27,7 @@ struct NodeRange {
   }
 };
 
-// As std::ceil, for what an int holds; written so that a compiler takes many at once.
+// std::ceil for values in the range of int. Written so that a compiler can vectorise it.
 int ceil_of(float x) {
   const int down = static_cast<int>(x);
   return down + (static_cast<float>(down) < x);
@@ -41,17 +41,17 @@ struct RayBlock {
   bool is_tile() const { return u0 == 0 && v0 == 0 && u1 == kTileSide - 1 && v1 == kTileSide - 1; }
 };
 
-// Of a plane whose spans all share a node: so they are of one piece.
+// A plane whose spans all share a node, so that they are one piece.
 struct WholePlane {
-  NodeRange all, any;  // nodes that every span holds; from the first to the last that one does
-  bool goes_on;        // the spans begin where those of the plane before end: its piece goes on
+  NodeRange all, any;  // nodes that every span holds; from the first to the last node of any span
+  bool continues;  // the spans begin where those of the plane before end, so the piece continues
 };
 
-// A tile whose rays with material are a block, as they are all over but for the rims of a body, and
-// whose planes are all whole.
+// A tile whose rays with material form a block, and whose planes are all whole. Most tiles are
+// such, except at the rims of a body.
 struct WholeTile {
   RayBlock block;
-  std::vector<WholePlane> planes;  // that have spans; none: the tile is not whole
+  std::vector<WholePlane> planes;  // planes that have spans; empty: the tile is not whole
 };
 
 struct Extremes {
@@ -62,11 +62,11 @@ struct Extremes {
   }
 };
 
-// Of value(slot) over a block of rays.
+// Minimum and maximum of value(slot) over a block of rays.
 template <class F>
 Extremes extremes(const RayBlock& block, F&& value) {
   Extremes all;
-  if (block.is_tile()) {  // by lanes, so that they are vectors
+  if (block.is_tile()) {  // lane by lane, so that the compiler vectorises it
     std::array<float, kTileSide> min, max;
     min.fill(kFar);
     max.fill(-kFar);
@@ -86,7 +86,7 @@ Extremes extremes(const RayBlock& block, F&& value) {
   return all;
 }
 
-// The block of a plane's rays that have a span; none where they are no block.
+// The block of a plane's rays that have a span; nullopt if they form no block.
 std::optional<RayBlock> block_of(const Plane& plane) {
   std::array<unsigned, kTileSide> lanes{};
   RayBlock block;
@@ -113,7 +113,7 @@ std::optional<RayBlock> block_of(const Plane& plane) {
 // Spans that are farther apart than this [cells] have a node between them.
 constexpr float kApart = 1.01f;
 
-// Asks the processor for the ends of a plane's spans, while the plane before it is looked at.
+// Prefetches the ends of a plane's spans, while the caller works on the plane before it.
 void fetch(const Plane& plane) {
   for (size_t slot = 0; slot < kTileRays; slot += 64 / sizeof(float)) {
     __builtin_prefetch(plane.in + slot);
@@ -122,8 +122,8 @@ void fetch(const Plane& plane) {
   __builtin_prefetch(&plane.next);
 }
 
-// No planes where one is not whole, or of two pieces because some of its rays go on and some do
-// not.
+// Returns no planes if one is not whole. Also if one consists of two pieces, because only some of
+// its rays continue from the plane before.
 WholeTile whole_tile(const Tile& tile) {
   WholeTile whole;
   const Plane* before = nullptr;
@@ -143,15 +143,15 @@ WholeTile whole_tile(const Tile& tile) {
     Extremes gap;
     if (before)
       gap = extremes(whole.block, [&](size_t slot) { return p->in[slot] - before->out[slot]; });
-    const bool goes_on = before && gap.max == 0;
-    const WholePlane plane{nodes_of(ins.max, outs.min), nodes_of(ins.min, outs.max), goes_on};
-    if (plane.all.empty() || (before && !goes_on && gap.min < kApart)) return {};
+    const bool continues = before && gap.max == 0;
+    const WholePlane plane{nodes_of(ins.max, outs.min), nodes_of(ins.min, outs.max), continues};
+    if (plane.all.empty() || (before && !continues && gap.min < kApart)) return {};
     whole.planes.push_back(plane);
   }
   return whole;
 }
 
-// The spans of a ray, one after another.
+// Walks along the spans of a ray.
 class RayWalk {
  public:
   RayWalk(const Tile& tile, size_t slot) : plane_(&tile.first), slot_(slot) {}
@@ -170,7 +170,7 @@ class RayWalk {
   int number_ = 0;
 };
 
-// Calls f(number of a span of one, number of a span of the other) where they share a node.
+// Calls f(span index of one, span index of the other) for spans that share a node.
 template <class F>
 void for_shared(RayWalk one, RayWalk other, F&& f) {
   while (!one.at_end() && !other.at_end()) {
@@ -183,9 +183,9 @@ void for_shared(RayWalk one, RayWalk other, F&& f) {
   }
 }
 
-// Whether a ray has spans in both planes that share a node; all rays at once.
+// True if some ray has spans in both planes that share a node. It checks all rays at once.
 bool share_a_node(const Plane& one, const Plane& other) {
-  constexpr float kBeyond = 1e6f;  // of every lattice; what is empty ends before it begins
+  constexpr float kBeyond = 1e6f;  // beyond every lattice; an empty slot ends before it begins
   int sharing = 0;
   for (size_t slot = 0; slot < kTileRays; slot++) {
     const float in = one.in[slot] > other.in[slot] ? one.in[slot] : other.in[slot],
@@ -206,10 +206,10 @@ size_t size_of(int index) { return static_cast<size_t>(index); }
 
 }  // namespace
 
-// Labels while pieces are found are numbers of parts, which unite.
+// Finds pieces. Until it ends, labels are numbers of parts, and parts that touch are united.
 class PieceFinder {
  public:
-  // `mask`: of the z field's tiles, those to look at; null: all.
+  // `mask` selects tiles of the z field; null selects all.
   PieceFinder(const FieldSnapshot& z, const std::vector<bool>* mask) : z_(z), mask_(mask) {
     found_.tiles_u_ = z.tiles_u();
     found_.tiles_.resize(size_of(z.tiles_u() * z.tiles_v()));
@@ -277,7 +277,7 @@ class PieceFinder {
     p.box.include(box);
   }
 
-  // Where every plane is whole, each is of one part at once.
+  // If every plane is whole, each plane gets one part in one step.
   bool read_whole(const Tile& tile, int tu, int tv) {
     const WholeTile& whole = whole_[index(tu, tv)] = whole_tile(tile);
     if (whole.planes.empty()) return false;
@@ -285,7 +285,7 @@ class PieceFinder {
     found_.tiles_[index(tu, tv)] = {static_cast<int64_t>(found_.labels_.size()), true};
     const Plane* plane = &tile.first;
     for (const WholePlane& of : whole.planes) {
-      const int part = of.goes_on ? found_.labels_.back() : new_part();
+      const int part = of.continues ? found_.labels_.back() : new_part();
       found_.labels_.push_back(part);
       Piece& p = parts_[size_of(part)];
       for (int v = block.v0; v <= block.v1; v++) {
@@ -314,7 +314,7 @@ class PieceFinder {
       for (RayWalk walk(tile, slot); !walk.at_end(); walk.next()) {
         const NodeRange nodes = walk.nodes();
         if (nodes.empty()) continue;
-        // Where only the material changes along a ray it goes on.
+        // If only the material changes along a ray, the part continues.
         const int part = before_end == nodes.begin ? before : new_part();
         label(labels, walk.number(), slot) = part;
         count(part, tu * kTileSide + static_cast<int>(slot % kTileSide),
@@ -335,7 +335,8 @@ class PieceFinder {
     return found_.labels_[labels.index(number, slot)];
   }
 
-  // The rays of two tiles on both sides of where they meet; the second is farther along u or v.
+  // Joins the rays on both sides of the border between two tiles. The second tile is farther along
+  // u or v.
   void join(int tu0, int tv0, int tu1, int tv1) {
     const size_t one = index(tu0, tv0), other = index(tu1, tv1);
     if (join_whole(one, other, tu0 != tu1)) return;
@@ -349,8 +350,8 @@ class PieceFinder {
                  [&](int p, int q) { unite(label(a, p, slot_a), label(b, q, slot_b)); });
     }
   }
-  // By what whole planes tell; whether no ray need be looked at. `along_u`: the other is beside the
-  // one so, else along v.
+  // Joins two tiles by their whole planes. Returns true if no ray needs a check. `along_u`: the
+  // second tile is next to the first along u, otherwise along v.
   bool join_whole(size_t one, size_t other, bool along_u) {
     const WholeTile &a = whole_[one], &b = whole_[other];
     if (a.planes.empty() || b.planes.empty()) return false;
@@ -358,22 +359,22 @@ class PieceFinder {
     const bool meet = along_u ? p.u1 == kTileSide - 1 && q.u0 == 0 && p.v0 <= q.v1 && q.v0 <= p.v1
                               : p.v1 == kTileSide - 1 && q.v0 == 0 && p.u0 <= q.u1 && q.u0 <= p.u1;
     if (!meet) return true;
-    bool told = true;
+    bool known = true;
     for (size_t i = 0; i < a.planes.size(); i++)
       for (size_t j = 0; j < b.planes.size(); j++) {
         if (a.planes[i].all.shares(b.planes[j].all))
           unite(found_.labels_[found_.tiles_[one].index(static_cast<int>(i), 0)],
                 found_.labels_[found_.tiles_[other].index(static_cast<int>(j), 0)]);
         else if (a.planes[i].any.shares(b.planes[j].any))
-          told = false;
+          known = false;
       }
-    return told;
+    return known;
   }
 
   const FieldSnapshot& z_;
   const std::vector<bool>* mask_;
   Pieces found_;
-  std::vector<WholeTile> whole_;  // of each tile
+  std::vector<WholeTile> whole_;  // per tile
   std::vector<int> parent_;
   std::vector<Piece> parts_;
 };
@@ -402,10 +403,11 @@ Pieces find_pieces(const Snapshot& model) {
 
 namespace {
 
-// One field of a model, while pieces go from it to those beside it.
+// One field of a model, while pieces move from it to the portions' fields.
 class FieldParter {
  public:
-  // fields[0]: of the model itself, which holds what goes to no other; fields[k]: of portion k - 1.
+  // fields[0] belongs to the model, which keeps what moves to no other. fields[k] belongs to
+  // portion k - 1.
   FieldParter(std::vector<Field*> fields, const Snapshot& before, const Pieces& pieces,
               const std::vector<int>& to)
       : axis_(fields.front()->axis()),
@@ -425,14 +427,15 @@ class FieldParter {
   }
 
  private:
-  // The number of a piece's field; after the last where it goes to none.
+  // The index of a piece's field; fields_.size() if the piece is dropped.
   size_t field_of(int piece) const {
     const int to = to_[size_of(piece)];
     return to == kGone ? fields_.size() : size_of(to + 1);
   }
 
   void part_tile(const Tile& tile, int tu, int tv) {
-    // A span may reach half a cell beyond its nodes, and rounding may have put its end past one.
+    // Depth is not tested. A span may reach half a cell beyond its nodes, and rounding may have put
+    // its end past a node.
     const int u = tu * kTileSide, v = tv * kTileSide;
     std::fill(near_.begin(), near_.end(), false);
     bool all_stays = true;
@@ -457,7 +460,7 @@ class FieldParter {
     return pieces_.at(z_, node);
   }
 
-  // Of each plane of a tile, where each is of one piece; else none.
+  // The piece of each plane of a tile, if each plane is one piece; otherwise empty.
   std::vector<int> pieces_of_planes(const Tile& tile, int tu, int tv) const {
     const int u = tu * kTileSide, v = tv * kTileSide;
     std::vector<int> pieces;
@@ -477,7 +480,7 @@ class FieldParter {
     return pieces;
   }
 
-  // Where each plane is of one piece, it goes as a whole; whether that is so.
+  // Moves whole planes if each plane is one piece. Returns true if so.
   bool by_planes(const Tile& tile, int tu, int tv) {
     const std::vector<int> pieces = pieces_of_planes(tile, tu, tv);
     if (pieces.empty()) return false;
@@ -492,7 +495,7 @@ class FieldParter {
   }
 
   void by_spans(const Tile& tile, int tu, int tv) {
-    // Plane by plane, as they lie in memory.
+    // Plane by plane, in the order of memory.
     field_of_span_.clear();
     size_t spans = 0;
     int number = 0;
@@ -512,15 +515,15 @@ class FieldParter {
           piece = pieces_.of_span(u, v, number);
         } else {
           nodes[slot] = nodes_of(p->in[slot], p->out[slot]);
-          // A span that shares a node's depth with the one beside it is of its piece.
+          // A span that shares a node's depth with its neighbour belongs to the same piece.
           if (slot > 0) {
-            const size_t beside = slot % kTileSide > 0 ? slot - 1 : slot - kTileSide;
-            if (nodes[slot].shares(nodes[beside])) piece = pieces[beside];
+            const size_t neighbour = slot % kTileSide > 0 ? slot - 1 : slot - kTileSide;
+            if (nodes[slot].shares(nodes[neighbour])) piece = pieces[neighbour];
           }
           for (int k = nodes[slot].begin; k < nodes[slot].end && piece < 0; k++)
             piece = piece_at(u, v, k);
         }
-        // What holds no node stays.
+        // A span that contains no node stays.
         field_of_span_[first + slot] = piece < 0 ? 0 : field_of(piece);
         spans++;
       }
@@ -549,8 +552,8 @@ class FieldParter {
   const FieldSnapshot &was_, &z_;
   const Pieces& pieces_;
   const std::vector<int>& to_;
-  std::vector<bool> near_;  // by field: whether a piece that goes there may meet the tile
-  // Of fields_, by plane and slot; and scratch for the spans of a ray.
+  std::vector<bool> near_;  // per field: a piece that goes there may meet the tile
+  // Index into fields_, by plane and slot. keep_ is scratch memory for the spans of a ray.
   static constexpr size_t kNoSpan = SIZE_MAX;
   std::vector<size_t> field_of_span_;
   std::vector<bool> keep_;
@@ -579,14 +582,13 @@ std::vector<Snapshot> part_pieces(TriDexel& model, const Pieces& pieces, const s
 
 namespace {
 
-// Tiles of a z field to look at: by index, and in a list of (tu, tv).
+// Tiles of a z field to check: as a mask by index, and as a list of (tu, tv).
 struct TilePlaces {
   std::vector<bool> mask;
   std::vector<std::pair<int, int>> list;
 };
 
-// The tiles that changed and those next to them: so every node next to one that is gone is looked
-// at, too.
+// The changed tiles and their neighbours, so that every node next to a removed one is checked too.
 TilePlaces changed_places(const FieldSnapshot& was, const FieldSnapshot& is) {
   const int tiles_u = is.tiles_u(), tiles_v = is.tiles_v();
   TilePlaces places;
@@ -610,14 +612,14 @@ size_t tiles_with_material(const FieldSnapshot& z) {
   return count;
 }
 
-// By piece of `before`: the pieces of `after` that have nodes of it.
+// Per piece of `before`: the pieces of `after` that contain nodes of it.
 using Fates = std::vector<std::vector<int>>;
 
-// Of the nodes in these tiles.
+// Only counts the nodes in these tiles.
 Fates find_fates(const FieldSnapshot& was, const Pieces& old_pieces, const FieldSnapshot& is,
                  const Pieces& new_pieces, const TilePlaces& places) {
   Fates fates(old_pieces.all().size());
-  const auto lies_in = [&](int old_piece, int new_piece) {
+  const auto overlaps = [&](int old_piece, int new_piece) {
     std::vector<int>& pieces = fates[size_of(old_piece)];
     if (std::find(pieces.begin(), pieces.end(), new_piece) == pieces.end())
       pieces.push_back(new_piece);
@@ -632,7 +634,7 @@ Fates find_fates(const FieldSnapshot& was, const Pieces& old_pieces, const Field
         int b = 0;
         for (const Plane* q = &new_tile.first; q; q = q->next, b++)
           if (share_a_node(*p, *q))
-            lies_in(old_pieces.of_span(u, v, a), new_pieces.of_span(u, v, b));
+            overlaps(old_pieces.of_span(u, v, a), new_pieces.of_span(u, v, b));
       }
       continue;
     }
@@ -640,7 +642,7 @@ Fates find_fates(const FieldSnapshot& was, const Pieces& old_pieces, const Field
       const int ray_u = u + slot % kTileSide, ray_v = v + slot / kTileSide;
       for_shared(
           RayWalk(old_tile, size_of(slot)), RayWalk(new_tile, size_of(slot)), [&](int a, int b) {
-            lies_in(old_pieces.of_span(ray_u, ray_v, a), new_pieces.of_span(ray_u, ray_v, b));
+            overlaps(old_pieces.of_span(ray_u, ray_v, a), new_pieces.of_span(ray_u, ray_v, b));
           });
     }
   }
@@ -652,7 +654,7 @@ bool falls_apart(const Fates& fates) {
                      [](const auto& pieces) { return pieces.size() > 1; });
 }
 
-// The new pieces, in groups that were one piece, by the first of each.
+// The new pieces, grouped by the old piece they came from. The key is the first of each group.
 std::map<int, std::vector<int>> grouped(const Fates& fates, size_t new_pieces) {
   std::vector<int> group(new_pieces);
   std::iota(group.begin(), group.end(), 0);
@@ -678,8 +680,8 @@ Severed find_severed(const Snapshot& before, const Snapshot& after, int threads)
   Severed severed;
   const TilePlaces places = changed_places(was, is);
   if (places.list.empty()) return severed;
-  // Where what was together in these tiles still is, every way through them can still be gone; so
-  // the others are looked at only where it is not, or where they are few.
+  // If everything that was connected in these tiles still is, no path through them was cut.
+  // Therefore, the other tiles are checked only if a connection broke, or if they are few.
   const bool few_others = 4 * places.list.size() >= tiles_with_material(is);
   Pieces old_here, now;
   run_parallel(threads, 2, [&](size_t i) {
@@ -690,8 +692,8 @@ Severed find_severed(const Snapshot& before, const Snapshot& after, int threads)
   });
   Fates fates = find_fates(was, old_here, is, now, places);
   if (!falls_apart(fates)) return severed;
-  // Elsewhere nothing changed: so pieces that were one were together in these tiles, too, one by
-  // one.
+  // Nothing changed in the other tiles. Therefore, pieces that were one were also connected in
+  // these tiles, link by link.
   if (!few_others) {
     now = find_pieces(after);
     fates = find_fates(was, old_here, is, now, places);

@@ -12,10 +12,10 @@
 namespace kibori {
 namespace {
 
-// A painted end gives its colour to new ends within so many cells.
+// A painted end gives its colour to new ends within this many cells.
 constexpr double kPaintReach = 0.75;
 
-// The material at places of a model, and the paint of its surface.
+// The material at places in a model, and the paint of its surface.
 class Look {
  public:
   explicit Look(const Snapshot& model) : z_(model.field(Axis::z)) {
@@ -29,7 +29,7 @@ class Look {
   bool one_material() const { return !mixed_; }
   uint8_t material() const { return first_; }
 
-  // Of the span nearest to a place on its z ray; lattice units.
+  // Material of the span nearest to a place on its z ray [lattice units].
   uint8_t material_at(const Vec3& place) const {
     const int u = static_cast<int>(std::clamp(place.x(), 0.0, z_.nodes_u() - 1.0));
     const int v = static_cast<int>(std::clamp(place.y(), 0.0, z_.nodes_v() - 1.0));
@@ -100,13 +100,13 @@ class Look {
   std::unordered_map<uint64_t, std::vector<std::pair<Eigen::Vector3f, Color>>> painted_;
 };
 
-// The spans of a scan-converted field, `offset` nodes on, into an empty one.
+// Copies the spans of a scan-converted field into an empty one, shifted by `offset` nodes.
 class Copy {
  public:
   Copy(const Look& look, const Lattice& lattice, const Affine& to, const Index3& offset)
       : look_(look), lattice_(lattice), back_(to.linear.inverse()), to_(to), offset_(offset) {}
 
-  // Whether anything was left out.
+  // Returns true if anything was omitted.
   bool run(const FieldSnapshot& from, Field& field) {
     const Axis axis = field.axis();
     const int du = offset_[u_index(axis)], dv = offset_[v_index(axis)];
@@ -156,7 +156,7 @@ class Copy {
       spans_.push_back(span);
       return;
     }
-    // Midway between two nodes the material may change.
+    // The material may change in the middle between two nodes.
     const auto first = static_cast<int>(std::floor(span.in)),
                last = static_cast<int>(std::ceil(span.out)) - 1;
     for (int k = first; k <= last; k++) {
@@ -214,7 +214,7 @@ class Copy {
   std::vector<Span> spans_;
 };
 
-// In the memory of the model.
+// Shares the model's memory.
 std::unique_ptr<TriDexel> no_material(const Snapshot& model) {
   auto made = std::make_unique<TriDexel>(model, LatticeBox{});
   for (const Axis axis : kAxes) {
@@ -240,7 +240,7 @@ Result<Placed> place_model(const Snapshot& model, const Affine& to, int threads)
   mesh.triangles.assign(surface.triangles.begin(), surface.triangles.end());
   if (to.linear.determinant() < 0)
     for (auto& t : mesh.triangles) std::swap(t[1], t[2]);
-  // A lattice of its own around it, node upon node.
+  // A separate lattice around the mesh, whose nodes coincide with the model's.
   const LatticeBox box = lattice.to_lattice(mesh.bounds());
   Lattice around = lattice;
   Index3 offset;

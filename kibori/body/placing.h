@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A model put elsewhere on its own lattice: turned, moved, or mirrored. Its surface is moved and
-// scan-converted; sharp edges stay sharp, and faces keep their places to a few hundredths of a
-// cell.
+// Converts a model to another place on its own lattice: turned, moved, or mirrored. The surface is
+// transformed and scan-converted. Sharp edges stay sharp, and faces keep their positions to a few
+// hundredths of a cell.
 #pragma once
 
 #include <memory>
@@ -11,19 +11,20 @@
 
 namespace kibori {
 
-// x -> linear x + shift [mm]; `linear` is a turn, or a turn with a mirror.
+// x -> linear x + shift [mm]. `linear` is a rotation, or a rotation with a mirror.
 struct Affine {
   Mat3 linear = Mat3::Identity();
   Vec3 shift = Vec3::Zero();
 };
 
+// Result of place_model.
 struct Placed {
-  std::unique_ptr<TriDexel> model;  // beside the one that was placed (TriDexel)
-  bool clipped = false;             // a part came to lie beyond the lattice, and is not there
+  std::unique_ptr<TriDexel> model;  // shares memory with the original (TriDexel)
+  bool clipped = false;             // a part is beyond the lattice, and is lost
 };
 
-// Materials and paint go with it, to the nearest cell. What holds no node is not there after that.
-// Errors: it reaches farther than a lattice can.
+// Materials and paint move along, to the nearest cell. Material that contains no node is lost.
+// Errors: the result is larger than a lattice can be.
 Result<Placed> place_model(const Snapshot& model, const Affine& to, int threads = 1);
 
 }  // namespace kibori

@@ -3,7 +3,7 @@
 
 namespace kibori {
 
-const Bodies& Workbench::bodies() {
+const BodyList& Workbench::bodies() {
   if (Body* const body = bodies_.find(active_)) {
     body->model = model_.snapshot();
     body->material_bounds = model_.material_bounds();
@@ -51,7 +51,7 @@ CrumbResult Workbench::end_stroke(const Snapshot& before, Crumbs rule) {
   return result;
 }
 
-void Workbench::set(Bodies bodies, BodyId active) {
+void Workbench::set(BodyList bodies, BodyId active) {
   bodies_ = std::move(bodies);
   active_ = active;
   load();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The bodies while one of them, the active one, is worked on: its model is under the tool, the
-// others are as they were left.
+// The bodies while the user works on one of them, the active one. Its model is under the tool. The
+// other bodies keep their last state.
 #pragma once
 
 #include <utility>
@@ -11,33 +11,34 @@ namespace kibori {
 
 class Workbench {
  public:
-  // `model` is that of body `active`; all models are of it, or of models beside it (TriDexel).
-  Workbench(TriDexel& model, Bodies bodies, BodyId active)
+  // `model` is the model of body `active`. All other models must share its memory (TriDexel).
+  Workbench(TriDexel& model, BodyList bodies, BodyId active)
       : model_(model), bodies_(std::move(bodies)), active_(active) {}
-  explicit Workbench(TriDexel& model) : Workbench(model, Bodies::of(model), 1) {}
+  explicit Workbench(TriDexel& model) : Workbench(model, BodyList::of(model), 1) {}
 
   TriDexel& model() { return model_; }
   BodyId active() const { return active_; }
-  // All as they are now.
-  const Bodies& bodies();
+  // All bodies in their current state.
+  const BodyList& bodies();
   // Errors: no such body.
   Status activate(BodyId id);
-  // Errors as of apply(). Where the active body goes, the first one becomes active.
+  // Errors: see apply(). If the active body is removed, the first body becomes active.
   Result<BodyChange> act(const BodyAction& action, int threads = 1);
-  // What strokes on the active body may not cut, as of now; null: nothing. Errors as of no_go_of.
+  // The material that strokes on the active body must not cut at this moment; null if there is
+  // none. Errors: see no_go_of.
   Result<const NoGo*> no_go();
-  // What a stroke severed, which began at `before`.
+  // Handles what a stroke severed. `before` is the model before the stroke.
   CrumbResult end_stroke(const Snapshot& before, Crumbs rule);
-  // Others from now on.
-  void set(Bodies bodies, BodyId active);
+  // Replaces all bodies.
+  void set(BodyList bodies, BodyId active);
 
  private:
   void load();
 
   TriDexel& model_;
-  Bodies bodies_;
+  BodyList bodies_;
   BodyId active_;
-  // Of the active body, until others are there, or stand otherwise.
+  // For the active body. Empty after a change of the list or of a pose.
   std::optional<std::shared_ptr<const NoGo>> no_go_;
 };
 

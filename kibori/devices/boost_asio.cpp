@@ -1,3 +1,3 @@
 // SPDX-License-Identifier: MIT
-// Boost.Asio's own code, compiled once for all who use it (BOOST_ASIO_SEPARATE_COMPILATION).
+// The implementation of Boost.Asio, compiled once for all users (BOOST_ASIO_SEPARATE_COMPILATION).
 #include <boost/asio/impl/src.hpp>

@@ -18,10 +18,12 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr double kFreshS = 0.002;
-// A hand that is told so rarely is not older between two poses than it was at the last.
+// Upper limit of the measured period. A device that sends much more rarely counts as stale between
+// two poses. kPeriodFade is the weight of a new value in the mean period.
 constexpr double kLongestPeriodS = 0.005, kPeriodFade = 0.05;
-// Poses closer together than this say more about the clock than about the hand; those farther
-// apart, nothing.
+// A velocity needs two poses that are at least kBetweenS and less than kTogetherS apart. If they
+// are closer, the clock's error dominates. If they are farther apart, they say nothing about the
+// velocity.
 constexpr double kBetweenS = 0.0009, kTogetherS = 1;
 
 }  // namespace
@@ -37,37 +39,37 @@ struct DdsDevice::State {
   Timed last;
   bool seen = false;
 
-  // Of Fast DDS's threads, one after another.
-  std::mutex coming;
-  // The one that the velocity is told from.
-  std::optional<DeviceReading> came;
-  Clock::time_point came_at;
+  // For Fast DDS's threads, one after another.
+  std::mutex mutex;
+  // The last pose from which a velocity was computed.
+  std::optional<DeviceReading> last_reading;
+  Clock::time_point received_at;
   double period_s = 0;
-  int64_t came_ns = 0;
+  int64_t sent_ns = 0;
 
   LatestValue<Wrench> wrench;
   std::atomic<int> signals{0};
   std::atomic<bool> stopping{false};
-  std::unique_ptr<DdsLink> link;  // gone before what its threads use
+  std::unique_ptr<DdsLink> link;  // destroyed before the data that its threads use
   std::thread thread;
 
   void take(int64_t ns, const Pose& pose) {
-    const std::lock_guard<std::mutex> lock(coming);
+    const std::lock_guard<std::mutex> lock(mutex);
     Timed now{{pose.tip, pose.frame}, Clock::now(), 0};
-    // By the sender's clock, where it has one: what is late comes in bursts.
-    const double told = 1e-9 * static_cast<double>(ns - came_ns),
-                 since = told > 0 && told < kTogetherS
-                             ? told
-                             : std::chrono::duration<double>(now.at - came_at).count();
-    if (came) period_s += kPeriodFade * (std::min(since, kLongestPeriodS) - period_s);
+    // Uses the sender's clock if it has one, because late poses arrive in bursts.
+    const double reported_s = 1e-9 * static_cast<double>(ns - sent_ns),
+                 since = reported_s > 0 && reported_s < kTogetherS
+                             ? reported_s
+                             : std::chrono::duration<double>(now.at - received_at).count();
+    if (last_reading) period_s += kPeriodFade * (std::min(since, kLongestPeriodS) - period_s);
     now.period_s = period_s;
-    if (came && since < kBetweenS) {
-      now.reading.velocity_mm_s = came->velocity_mm_s;
+    if (last_reading && since < kBetweenS) {
+      now.reading.velocity_mm_s = last_reading->velocity_mm_s;
     } else {
-      if (came) now.reading.velocity_mm_s = (pose.tip - came->position_mm) / since;
-      came = now.reading;
-      came_at = now.at;
-      came_ns = ns;
+      if (last_reading) now.reading.velocity_mm_s = (pose.tip - last_reading->position_mm) / since;
+      last_reading = now.reading;
+      received_at = now.at;
+      sent_ns = ns;
     }
     readings.put(now);
   }
@@ -119,7 +121,7 @@ DeviceStatus DdsDevice::read(DeviceReading& reading) {
   state_->seen |= state_->readings.take(state_->last);
   reading = state_->last.reading;
   if (!state_->seen) return reading.age_s = kUnknownAge, DeviceStatus::stale;
-  // Twice the period: what comes when it is due may be late by as much.
+  // Twice the period: a pose that is due may be late by one period.
   reading.age_s =
       std::max(0.0, std::chrono::duration<double>(Clock::now() - state_->last.at).count() -
                         2 * state_->last.period_s);

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-// A hand behind DDS, as ROS 2 programs speak: its poses come in on /kibori/device/pose
-// (PoseStamped), and what it is to feel goes out on /kibori/device/wrench (WrenchStamped), once a
-// tick, or the newest where the network is slower. SI units: m, N, N m, about the device's own
-// centre; x right, y away, z up. A thread of its own writes: the servo loop only exchanges the
-// newest values with it.
+// A haptic device behind DDS, for example a ROS 2 program. Its poses arrive on /kibori/device/pose
+// (PoseStamped). Its forces are sent on /kibori/device/wrench (WrenchStamped) once per tick, or
+// only the newest if the network is slower.
+//
+// SI units: m, N, N m, about the device's centre. x is right, y away from the user, z up. A
+// separate thread writes. The servo loop only exchanges the newest values with it.
 #pragma once
 
 #include <memory>
@@ -15,7 +16,7 @@ namespace kibori {
 
 class DdsDevice final : public Device {
  public:
-  // Errors: those of DdsLink::open.
+  // Errors: see DdsLink::open.
   static Result<std::unique_ptr<DdsDevice>> open(uint32_t domain);
   ~DdsDevice() override;
 

@@ -20,7 +20,8 @@ namespace {
 constexpr uint32_t kMaxDomain = 232;
 constexpr double kFarMm = 1e5;  // a hundred metres
 
-// Beside the program, as it is built; where it is installed; wherever the loader looks.
+// Paths of the plugin: next to the program (build tree), the install folder, and the loader's
+// search path.
 std::vector<std::string> plugin_places() {
   if (const char* const named = std::getenv("KIBORI_DDS")) return {named};
   std::vector<std::string> places;
@@ -29,6 +30,8 @@ std::vector<std::string> plugin_places() {
   if (!error)
     for (const char* const place : {"kibori_dds.so", "../" KIBORI_LIBDIR "/kibori/kibori_dds.so"})
       places.push_back((here / place).lexically_normal());
+  for (const char* const prefix : {"/usr/local/", "/usr/"})
+    places.push_back(std::string(prefix) + KIBORI_LIBDIR + "/kibori/kibori_dds.so");
   places.push_back("kibori_dds.so");
   return places;
 }
@@ -69,7 +72,8 @@ Result<std::unique_ptr<DdsLink>> DdsLink::open(uint32_t domain, Topics topics) {
   Result<SharedLibrary> library = SharedLibrary::open(plugin_places());
   if (!library)
     return Error{"DDS: kibori_dds.so " + library.error() +
-                 "; it is built where Fast DDS (Debian: libfastrtps-dev) is installed"};
+                 "; install the package kibori-dds, or build Kibori where Fast DDS (Debian: "
+                 "libfastrtps-dev) is installed"};
   state->library = std::move(library).value();
   if (!state->library.find(KIBORI_DDS_ENTRY, state->functions))
     return Error{"DDS: kibori_dds.so is of another version of kibori"};
@@ -125,13 +129,14 @@ int64_t ns_since_1970() {
 
 Result<uint32_t> parse_dds_domain(const std::string& text) {
   const char* const set = std::getenv("ROS_DOMAIN_ID");
-  std::string said =
+  std::string domain_text =
       text == "dds" ? (set ? set : "0") : text.substr(std::min<size_t>(4, text.size()));
   uint32_t domain = 0;
-  const auto [end, failed] = std::from_chars(said.data(), said.data() + said.size(), domain);
-  if (said.empty() || failed != std::errc() || end != said.data() + said.size() ||
-      domain > kMaxDomain)
-    return Error{"'" + said + "' is no DDS domain: it is a number from 0 to " +
+  const auto [end, failed] =
+      std::from_chars(domain_text.data(), domain_text.data() + domain_text.size(), domain);
+  if (domain_text.empty() || failed != std::errc() ||
+      end != domain_text.data() + domain_text.size() || domain > kMaxDomain)
+    return Error{"'" + domain_text + "' is no DDS domain: it is a number from 0 to " +
                  std::to_string(kMaxDomain)};
   return domain;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Poses and wrenches over DDS, named and laid out as ROS 2 does (geometry_msgs/PoseStamped,
-// WrenchStamped), through kibori_dds.so and Fast DDS, where they are installed.
+// Poses and wrenches over DDS, with the names and layout of ROS 2 (geometry_msgs/PoseStamped,
+// WrenchStamped). Needs kibori_dds.so and Fast DDS, which may or may not be installed.
 #pragma once
 
 #include <cstdint>
@@ -15,22 +15,23 @@
 
 namespace kibori {
 
+// A connection to a DDS domain. It is closed by the destructor.
 class DdsLink {
  public:
   struct Topics {
     std::vector<std::string> poses,
-        wrenches;       // that are written, as ROS 2 calls them: /kibori/tool
-    std::string reads;  // poses; empty: none
-    // Each pose that comes [mm], and when it was so as its sender says [ns since 1970], on a thread
-    // of Fast DDS. Poses that are none are left out.
+        wrenches;       // topics to write, with ROS 2 names: /kibori/tool
+    std::string reads;  // topic of poses to read; empty: none
+    // Called for each pose [mm] with the sender's time [ns since 1970], on a thread of Fast DDS.
+    // Invalid poses are dropped.
     std::function<void(int64_t ns, const Pose& pose)> on_pose;
   };
-  // Errors: kibori_dds.so or Fast DDS is not there, or the domain (0 to 232) can't be joined.
+  // Errors: kibori_dds.so or Fast DDS is missing, or the domain (0 to 232) cannot be joined.
   static Result<std::unique_ptr<DdsLink>> open(uint32_t domain, Topics topics);
   ~DdsLink();
 
-  // By the place of the topic in `poses` or `wrenches`; when it was so [ns since 1970], mm, N, N
-  // mm. Not for the servo path. false: it did not go out.
+  // Writes a pose [mm] or a wrench [N, N mm] with its time [ns since 1970]. `topic` is the index in
+  // `poses` or `wrenches`. Returns false if nothing was sent. Not for the servo path.
   bool write(size_t topic, const std::string& frame, int64_t ns, const Pose& pose);
   bool write(size_t topic, const std::string& frame, int64_t ns, const Wrench& wrench);
 
@@ -40,10 +41,11 @@ class DdsLink {
   std::unique_ptr<State> state_;
 };
 
+// The system clock's time [ns].
 int64_t ns_since_1970();
 
-// The domain of "dds" or "dds:DOMAIN": ROS_DOMAIN_ID, or 0, where none is said. Errors: it is no
-// number from 0 to 232.
+// Parses "dds" or "dds:DOMAIN". The default domain is ROS_DOMAIN_ID, or 0. Errors: not a number
+// from 0 to 232.
 Result<uint32_t> parse_dds_domain(const std::string& text);
 
 }  // namespace kibori

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// kibori_dds.so: dds_plugin.h by Fast DDS.
+// Implements dds_plugin.h (kibori_dds.so) with Fast DDS.
 #include <kibori/devices/dds_plugin.h>
 
 #include <cstdio>
@@ -29,11 +29,11 @@ namespace dds = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastrtps::rtps;
 using eprosima::fastcdr::Cdr;
 
-constexpr uint32_t kLongest = 512;  // [bytes] of a message, its frame's name included
-constexpr int kDepth = 1000;        // a second's worth for a reader that is late
+constexpr uint32_t kLongest = 512;  // maximum size of a message [bytes], including its frame's name
+constexpr int kDepth = 1000;        // one second of messages for a late reader
 
-// std_msgs/Header, then doubles: position and orientation, or force and torque. Both messages are
-// that, and differ in how many.
+// std_msgs/Header, then doubles: position and orientation, or force and torque. The two messages
+// differ only in the number of doubles.
 template <size_t N>
 struct Stamped {
   int32_t sec = 0;
@@ -66,7 +66,7 @@ class StampedType : public dds::TopicDataType {
     payload->length = static_cast<uint32_t>(cdr.getSerializedDataLength());
     return true;
   }
-  // From others: hostile until it is read.
+  // Data from other programs is hostile until it is parsed.
   bool deserialize(rtps::SerializedPayload_t* payload, void* data) override {
     auto& message = *static_cast<Stamped<N>*>(data);
     eprosima::fastcdr::FastBuffer buffer(reinterpret_cast<char*>(payload->data), payload->length);
@@ -114,7 +114,7 @@ struct Link final : dds::DataReaderListener {
   }
 };
 
-// ROS 2's own topics are called so in DDS.
+// The DDS name of a ROS 2 topic.
 std::string ros_topic(const char* name) { return std::string("rt") + name; }
 
 template <size_t N>
@@ -135,7 +135,7 @@ void* open_link(uint32_t domain, const char* const* poses, int pose_count,
     return nullptr;
   };
   try {
-    // Standard output is the program's own.
+    // Standard output belongs to the program, so errors go to stderr.
     dds::Log::ClearConsumers();
     dds::Log::SetVerbosity(dds::Log::Kind::Error);
     auto errors = std::make_unique<dds::StdoutErrConsumer>();
@@ -156,7 +156,7 @@ void* open_link(uint32_t domain, const char* const* poses, int pose_count,
     dds::Publisher* const publisher =
         link->participant->create_publisher(dds::PUBLISHER_QOS_DEFAULT);
     if (!publisher) return no("Fast DDS made no publisher");
-    // What ROS 2's readers ask for by default; they get a second's worth if they are late.
+    // The default of ROS 2's readers. A late reader gets one second of messages.
     dds::DataWriterQos writes;
     writes.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
     writes.history().kind = dds::KEEP_LAST_HISTORY_QOS;
@@ -178,7 +178,7 @@ void* open_link(uint32_t domain, const char* const* poses, int pose_count,
           link->participant->create_subscriber(dds::SUBSCRIBER_QOS_DEFAULT);
       dds::Topic* const topic = link->participant->create_topic(
           ros_topic(reads), pose_type.get_type_name(), dds::TOPIC_QOS_DEFAULT);
-      // The newest, from writers of either kind.
+      // The newest pose only, from reliable and best-effort writers.
       dds::DataReaderQos newest;
       newest.reliability().kind = dds::BEST_EFFORT_RELIABILITY_QOS;
       newest.history().kind = dds::KEEP_LAST_HISTORY_QOS;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
-   What kibori_dds.so gives: poses and wrenches over DDS, named and laid out as ROS 2 does. It is
-   built where Fast DDS is installed, and opened only when asked for, so that nothing else needs
-   Fast DDS. Internal to kibori/devices. SI units: m, N, N m. */
+   The interface of kibori_dds.so: poses and wrenches over DDS, with the names and layout of ROS 2.
+   The library is built where Fast DDS is installed. It is loaded only on request, so nothing else
+   needs Fast DDS. Internal to kibori/devices. SI units: m, N, N m. */
 #pragma once
 
 #include <stdint.h>
@@ -10,24 +10,25 @@
 extern "C" {
 #endif
 
-/* ns: when it was so, as its sender says, since 1970. */
+/* ns: the sender's time, since 1970. */
 typedef void (*kibori_dds_on_pose)(void* user, int64_t ns, const double pose[7]);
 
 struct kibori_dds {
   /* Joins a domain, and writes to these topics: `poses` of PoseStamped and `wrenches` of
-     WrenchStamped, by the names that ROS 2 gives them (/kibori/tool_pose). `reads`: null, or a
-     topic of PoseStamped of which on_pose gets each, on a thread of Fast DDS. Null: it can't be,
-     and why is in `error`. */
+     WrenchStamped, with ROS 2 names (/kibori/tool_pose). `reads` is null, or a topic of
+     PoseStamped. on_pose gets each of its poses, on a thread of Fast DDS. Returns null on failure,
+     with the reason in `error`. */
   void* (*open)(uint32_t domain, const char* const* poses, int pose_count,
                 const char* const* wrenches, int wrench_count, const char* reads,
                 kibori_dds_on_pose on_pose, void* user, char* error, int error_room);
   void (*close)(void* link);
-  /* x, y, z and a quaternion x, y, z, w; force and moment. ns: since 1970. 0: it did not go out. */
+  /* pose: x, y, z and a quaternion x, y, z, w. wrench: force and moment. ns: since 1970.
+     Return 0 if nothing was sent. */
   int (*write_pose)(void* link, int topic, int64_t ns, const char* frame, const double pose[7]);
   int (*write_wrench)(void* link, int topic, int64_t ns, const char* frame, const double wrench[6]);
 };
 
-/* Under this name in the shared library; another layout gets another one. */
+/* Name of the entry in the shared library. A new layout gets a new name. */
 #define KIBORI_DDS_ENTRY "kibori_dds_1"
 
 #ifdef __cplusplus

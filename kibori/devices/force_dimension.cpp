@@ -8,17 +8,17 @@
 namespace kibori {
 namespace {
 
-// DHD answers -1 for an error, of which dhdErrorGetLast tells the kind, and else 0, 1 (too soon
-// after the last call: the value is the last one) or 2 (a motor gives all it can). Metres, N, N m,
-// radians; x points to the user, y right, z up.
+// DHD returns -1 for an error, and dhdErrorGetLast its kind. Otherwise it returns 0, 1 (too soon
+// after the last call: the value is the last one) or 2 (a motor is at its limit). Units: metres, N,
+// N m, radians. x points to the user, y right, z up.
 constexpr int kTooSoon = 1;
 constexpr int kErrorCommunication = 2, kErrorNoDevice = 5, kErrorNotAvailable = 6,
               kErrorNotReady = 12;
-// If we fall silent for 20 ms the device lets go by itself. In steps of 125 us.
+// If Kibori is silent for 20 ms, the device stops its force. In steps of 125 us.
 constexpr unsigned char kWatchdogSteps = 160;
 
-// Ours: x right, y away, z up.
-Vec3 ours(double x, double y, double z) { return {y, -x, z}; }
+// Converts to Kibori's axes: x right, y away from the user, z up.
+Vec3 from_dhd(double x, double y, double z) { return {y, -x, z}; }
 
 }  // namespace
 
@@ -84,7 +84,7 @@ Result<std::unique_ptr<ForceDimensionDevice>> ForceDimensionDevice::open() {
     return Error{std::string("Force Dimension's library has no ") + missing +
                  "; install a newer SDK"};
 
-  const auto said = [&](const char* what) {
+  const auto failure = [&](const char* what) {
     const char* reason = dhd.error_get_last_str();
     return Error{std::string("Force Dimension device: ") + what +
                  (reason ? std::string(": ") + reason : "")};
@@ -92,10 +92,10 @@ Result<std::unique_ptr<ForceDimensionDevice>> ForceDimensionDevice::open() {
   if (dhd.get_device_count() <= 0)
     return Error{"no Force Dimension device or Falcon is plugged in (or no permission to use it)"};
   const int id = dhd.open_id(0);
-  if (id < 0) return said("could not be opened");
+  if (id < 0) return failure("could not be opened");
   device->id_ = static_cast<signed char>(id);
   const auto ID = static_cast<char>(id);
-  if (dhd.enable_force(1, ID) < 0) return said("forces could not be switched on");
+  if (dhd.enable_force(1, ID) < 0) return failure("forces could not be switched on");
   dhd.set_watchdog(kWatchdogSteps, ID);
   DeviceCapabilities& c = device->capabilities_;
   const char* name = dhd.get_system_name(ID);
@@ -135,13 +135,13 @@ DeviceStatus ForceDimensionDevice::read(DeviceReading& reading) {
   double x = 0, y = 0, z = 0;
   const DeviceStatus status = judge(dhd_->get_position(&x, &y, &z, ID));
   if (status == DeviceStatus::failed || status == DeviceStatus::unplugged) return status;
-  reading.position_mm = 1000 * ours(x, y, z);
+  reading.position_mm = 1000 * from_dhd(x, y, z);
   if (const DeviceStatus s = judge(dhd_->get_linear_velocity(&x, &y, &z, ID)); failed_) return s;
-  reading.velocity_mm_s = 1000 * ours(x, y, z);
+  reading.velocity_mm_s = 1000 * from_dhd(x, y, z);
   if (capabilities_.dof_in == 6) {
     double r[3][3];
     if (const DeviceStatus s = judge(dhd_->get_orientation_frame(r, ID)); failed_) return s;
-    // Both sides of the rotation in our axes.
+    // Convert both sides of the rotation to Kibori's axes.
     Mat3 theirs, turn;
     for (int i = 0; i < 3; i++)
       for (int j = 0; j < 3; j++) theirs(i, j) = r[i][j];
@@ -162,11 +162,11 @@ DeviceStatus ForceDimensionDevice::read(DeviceReading& reading) {
 
 DeviceStatus ForceDimensionDevice::write(const Wrench& wrench) {
   if (failed_) {
-    // What it still gives from before must go.
+    // Stop the force that the device still produces.
     if (!unplugged_) dhd_->set_force_and_torque(0, 0, 0, 0, 0, 0, 0, static_cast<char>(id_));
     return unplugged_ ? DeviceStatus::unplugged : DeviceStatus::failed;
   }
-  // Back into its axes: x = -y', y = x'. N mm to N m.
+  // Convert back to the device's axes: x = -y', y = x'. N mm to N m.
   const Vec3 &f = wrench.force, m = wrench.moment / 1000;
   const DeviceStatus status = judge(dhd_->set_force_and_torque(-f.y(), f.x(), f.z(), -m.y(), m.x(),
                                                                m.z(), 0, static_cast<char>(id_)));

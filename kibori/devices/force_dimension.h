@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Force Dimension's devices (omega, delta, sigma, lambda) and the Novint Falcon, through the
-// vendor's DHD library, which is looked for in $FORCEDIM_SDK and where the system looks.
+// vendor's DHD library. The library is searched in $FORCEDIM_SDK and on the system's search path.
 #pragma once
 
 #include <chrono>
@@ -13,8 +13,8 @@ namespace kibori {
 
 class ForceDimensionDevice final : public Device {
  public:
-  // The first device. Errors: no library, a library without what is needed, no device, or what DHD
-  // says.
+  // Opens the first device. Errors: no library, a library without a required function, no device,
+  // or an error from DHD.
   static Result<std::unique_ptr<ForceDimensionDevice>> open();
   ~ForceDimensionDevice() override;
 

@@ -16,7 +16,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// SDL 2 by its documented interface.
+// SDL 2, by its documented interface.
 constexpr uint32_t kGameControllers = 0x2000;
 constexpr int kIgnore = 0, kLeftX = 0, kLeftY = 1, kRightY = 3, kLeftTrigger = 4, kButtons = 4;
 struct Sdl {
@@ -55,20 +55,20 @@ struct Sdl {
 
 constexpr auto kPoll = std::chrono::milliseconds(4);
 constexpr double kPatience_s = 0.1;  // without a poll
-// A rumble ends by itself after so long, should nobody end it.
+// A rumble stops after this time if nothing renews it.
 constexpr uint32_t kRumble_ms = 100;
-// A force that nobody renewed for so long is let go.
-constexpr auto kWatchdog = std::chrono::milliseconds(20);
+// A force that is not renewed within this time is dropped.
+constexpr auto kRumbleWatchdog = std::chrono::milliseconds(20);
 constexpr double kSpeed_mm_s = 80, kFineShare = 0.2;
-constexpr double kDeadShare = 0.15;  // of a stick's way: worn sticks rest there
-// How far the target leads the hand at most: the hand's spring times this is the largest force.
+constexpr double kDeadShare = 0.15;  // share of a stick's travel: worn sticks rest within it
+// Maximum distance of the target from the hand. The maximum force is the hand's spring times this.
 constexpr double kLead_mm = 10;
-constexpr double kReach_mm = 60;          // the workspace, each way from its centre
+constexpr double kReach_mm = 60;          // the workspace, in each direction from its centre
 constexpr double kRoughness_s = 0.05;     // changes faster than this are rough
-constexpr double kRoughShare = 1.0 / 3;   // of the largest force: the quick motor's full strength
+constexpr double kRoughShare = 1.0 / 3;   // of the maximum force: the fast motor's full strength
 constexpr double kLongestStep_s = 0.005;  // of the simulated hand
 
-// Of a stick's axes: nothing in the middle, fine beside it, full at the rim.
+// Response of a stick's axis: zero in the middle, fine near it, full at the rim.
 double stick(double share) {
   const double beyond = std::clamp((std::abs(share) - kDeadShare) / (1 - kDeadShare), 0.0, 1.0);
   return std::copysign(beyond * beyond, share);
@@ -106,7 +106,7 @@ struct GamepadDevice::Link {
   LatestValue<Command> commands;
   std::atomic<bool> stopping{false}, lost{false};
   std::thread thread;
-  // The servo loop's.
+  // For the servo loop.
   Sticks sticks;
   Vec3 force = Vec3::Zero(), target = Vec3(0, 0, kReach_mm);
   SimulatedHand hand{simulated_hand(), target};
@@ -131,7 +131,7 @@ struct GamepadDevice::Link {
     now.at = Clock::now();
     return now;
   }
-  // Asks and rumbles until told to stop.
+  // Polls and rumbles until `stopping` is set.
   void run() {
     const double keep = std::exp(-std::chrono::duration<double>(kPoll).count() / kRoughness_s);
     Command command;
@@ -147,14 +147,16 @@ struct GamepadDevice::Link {
       readings.put(poll());
       commands.take(command);
       const Clock::time_point now = Clock::now();
-      const Vec3 felt = now - command.at < kWatchdog ? command.force : Vec3(Vec3::Zero());
-      slow = keep * slow + (1 - keep) * felt;
+      const Vec3 device_force =
+          now - command.at < kRumbleWatchdog ? command.force : Vec3(Vec3::Zero());
+      slow = keep * slow + (1 - keep) * device_force;
       const auto strength = [&](double newton, double full) {
         return static_cast<uint16_t>(std::lround(65535 * std::clamp(newton / full, 0.0, 1.0)));
       };
-      const uint16_t low = strength(felt.norm(), capabilities.force_n),
-                     high = strength((felt - slow).norm(), kRoughShare * capabilities.force_n);
-      // Some controllers take a while for each command: not the same one again and again.
+      const uint16_t low = strength(device_force.norm(), capabilities.force_n),
+                     high =
+                         strength((device_force - slow).norm(), kRoughShare * capabilities.force_n);
+      // Some controllers need time for each command, so the same command is not repeated.
       const bool differs = std::abs(low - last_low) > 1000 || std::abs(high - last_high) > 1000 ||
                            (low == 0 && last_low != 0) || (high == 0 && last_high != 0);
       if (differs || ((low || high) && now - rumbled > std::chrono::milliseconds(kRumble_ms / 2))) {
@@ -179,12 +181,12 @@ Result<std::unique_ptr<GamepadDevice>> GamepadDevice::open() {
   link->library = std::move(library).value();
   Sdl& sdl = link->sdl;
   if (!sdl.find_in(link->library)) return Error{"this SDL2 is too old: 2.0.9 or newer is needed"};
-  // There is no window to have the focus, and Ctrl-C is not SDL's.
+  // There is no window that could have the focus. Ctrl-C is not for SDL.
   sdl.set_hint("SDL_JOYSTICK_ALLOW_BACKGROUND_EVENTS", "1");
   sdl.set_hint("SDL_NO_SIGNAL_HANDLERS", "1");
   if (sdl.init(kGameControllers) != 0) return Error{std::string("SDL2: ") + sdl.error()};
   link->started = true;
-  sdl.event_state(kIgnore);  // they are asked for, not queued
+  sdl.event_state(kIgnore);  // the state is polled, events are not queued
   sdl.update();
   for (int i = 0; i < sdl.count() && !link->pad; i++)
     if (sdl.is_controller(i)) link->pad = sdl.open(i);
@@ -229,7 +231,7 @@ DeviceStatus GamepadDevice::read(DeviceReading& reading) {
   if (dt > 0) link.hand.step(link.force, link.target, (link.target - before) / dt, dt);
   reading.position_mm = link.hand.position_mm();
   reading.velocity_mm_s = link.hand.velocity_mm_s();
-  reading.age_s = 0;  // the hand moves on between polls
+  reading.age_s = 0;  // the hand moves between polls
   return DeviceStatus::ok;
 }
 

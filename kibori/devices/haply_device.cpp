@@ -10,9 +10,9 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/websocket.hpp>
-#include <nlohmann/json.hpp>
 
 #include <kibori/base/handover.h>
+#include <kibori/base/json.h>
 
 namespace kibori {
 namespace {
@@ -20,15 +20,14 @@ namespace {
 namespace asio = boost::asio;
 namespace beast = boost::beast;
 namespace websocket = beast::websocket;
-using Json = nlohmann::json;
 using Clock = std::chrono::steady_clock;
 
 constexpr auto kPatience = std::chrono::seconds(2);
-// A force that nobody renewed for so long is let go.
+// A force that is not renewed within this time is dropped.
 constexpr auto kWatchdog = std::chrono::milliseconds(20);
-constexpr size_t kLongest = 1 << 20;  // frame [bytes]
+constexpr size_t kLongest = 1 << 20;  // of a frame [bytes]
 
-// The vector at a place of the frame; false where there is none.
+// Reads a vector member of the frame. Returns false if there is none.
 bool vector_at(const Json& frame, const char* name, Vec3& v) {
   const auto found = frame.find(name);
   if (found == frame.end() || !found->is_object()) return false;
@@ -60,8 +59,8 @@ uint32_t buttons_of(const Json& state) {
   return bits;
 }
 
-// Metres, and x right, y forward, z up: as here but for the unit. False where the frame says no
-// position.
+// The service uses metres, and x right, y forward, z up: Kibori's axes in another unit. Returns
+// false if the frame contains no position.
 bool read_frame(const Json& frame, DeviceReading& reading) {
   const Json* arm = first_of(frame, "inverse3");
   if (!arm) return false;
@@ -96,7 +95,7 @@ struct HaplyDevice::Link {
   websocket::stream<beast::tcp_stream> socket{context};
   beast::flat_buffer buffer;
   std::string where, id, grip;
-  bool newer = true;  // the service takes `vector`; older ones `values`
+  bool newer = true;  // the service supports `vector`; older ones use `values`
   DeviceCapabilities capabilities;
 
   struct Timed {
@@ -115,7 +114,7 @@ struct HaplyDevice::Link {
   Timed last;
   bool seen = false;
 
-  // One frame; empty where the connection is gone or what came is no object.
+  // Receives one frame. Returns an empty value if the connection is lost or the frame is no object.
   Json receive(std::string& error) {
     buffer.clear();
     beast::error_code code;
@@ -131,7 +130,7 @@ struct HaplyDevice::Link {
       error = code == beast::error::timeout ? "nothing came for 2 s" : "the connection was closed";
       return Json();
     }
-    Json frame = Json::parse(beast::buffers_to_string(buffer.data()), nullptr, false);
+    Json frame = parse_json(beast::buffers_to_string(buffer.data()));
     if (!frame.is_object()) {
       error = "it sent what is not a state of devices";
       return Json();
@@ -154,11 +153,11 @@ struct HaplyDevice::Link {
                   id.c_str(), newer ? "vector" : "values", force.x(), force.y(), force.z());
     return text;
   }
-  // Speaks and listens until told to stop.
+  // Sends and receives until `stopping` is set.
   void run() {
     Command force;
     std::string error;
-    Timed now;  // what a frame does not say stays as it was
+    Timed now;  // values that a frame omits stay unchanged
     while (!stopping.load(std::memory_order_relaxed)) {
       forces.take(force);
       const bool renewed = Clock::now() - force.at < kWatchdog;
@@ -215,7 +214,7 @@ Result<std::unique_ptr<HaplyDevice>> HaplyDevice::open(const std::string& host,
   if (id == arm->end() || !id->is_string()) return wrong("the Inverse3 has no device_id");
   link->id = id->dump();  // as JSON
   if (link->id.size() > 100) return wrong("the device_id of the Inverse3 is too long");
-  // Services that describe the device's configuration are the newer ones.
+  // Only newer services describe the device's configuration.
   link->newer = arm->contains("config");
   DeviceCapabilities& c = link->capabilities;
   c.name = "Haply Inverse3 " + id->get<std::string>();

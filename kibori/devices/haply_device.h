@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Haply Inverse3 (and a VerseGrip, where there is one) through the Haply service: JSON over
-// WebSocket. The service answers each frame with one, so it is spoken to on a thread of its own,
-// and the servo loop exchanges the newest values with that.
+// Haply Inverse3, with a VerseGrip if there is one, through the Haply service: JSON over WebSocket.
+// The service answers each frame with one frame. Therefore, a separate thread talks to it, and
+// exchanges the newest values with the servo loop.
 #pragma once
 
 #include <memory>
@@ -13,8 +13,8 @@ namespace kibori {
 
 class HaplyDevice final : public Device {
  public:
-  // Errors: nobody answers at that address within two seconds, it is not the Haply service, or no
-  // Inverse3 is plugged in.
+  // Errors: no answer at the address within two seconds, it is not the Haply service, or no
+  // Inverse3 is connected.
   static Result<std::unique_ptr<HaplyDevice>> open(const std::string& host = "localhost",
                                                    const std::string& port = "10001");
   ~HaplyDevice() override;

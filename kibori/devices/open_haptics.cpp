@@ -11,11 +11,8 @@
 #include <kibori/devices/shared_library.h>
 
 namespace kibori {
-namespace {
 
-using Clock = std::chrono::steady_clock;
-
-// libHD by its documented interface: mm, N, mN m; x right, y up, z to the user.
+// libHD, by its documented interface: mm, N, mN m; x right, y up, z to the user.
 using HdHandle = unsigned;
 struct HdError {
   unsigned code;
@@ -23,16 +20,21 @@ struct HdError {
   HdHandle device;
 };
 using HdCallback = unsigned (*)(void*);
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
 constexpr unsigned kContinue = 1, kInvalidHandle = 0xffffffffu;
 constexpr unsigned kButtons = 0x2000, kPosition = 0x2050, kVelocity = 0x2051, kTransform = 0x2052,
                    kForce = 0x2700, kTorque = 0x2701, kForceOutput = 0x4000,
                    kNominalMaxForce = 0x2603;
 constexpr unsigned kCommunication = 0x0302, kCommunicationSettings = 0x0303;
 constexpr unsigned short kHighest = 0xffff;
-// A force that nobody renewed for so long is let go.
-constexpr auto kWatchdog = std::chrono::milliseconds(20);
+// A force that is not renewed within this time is dropped.
+constexpr auto kForceWatchdog = std::chrono::milliseconds(20);
 
-Vec3 ours(const double (&v)[3]) { return {v[0], -v[2], v[1]}; }
+Vec3 from_hd(const double (&v)[3]) { return {v[0], -v[2], v[1]}; }
 
 }  // namespace
 
@@ -68,12 +70,12 @@ struct OpenHapticsDevice::Link {
   };
   LatestValue<Timed> readings;
   LatestValue<Command> commands;
-  Command command;  // the scheduler's
+  Command command;  // the scheduler thread's
   Timed last;       // the servo loop's
   bool seen = false;
   std::atomic<unsigned> error{0};
 
-  // On the scheduler's thread.
+  // Runs on the scheduler's thread.
   void tick() {
     begin_frame(device);
     double position[3], velocity[3], transform[16];
@@ -83,10 +85,10 @@ struct OpenHapticsDevice::Link {
     get_doubles(kTransform, transform);
     get_integers(kButtons, &buttons);
     Timed now;
-    now.reading.position_mm = ours(position);
-    now.reading.velocity_mm_s = ours(velocity);
+    now.reading.position_mm = from_hd(position);
+    now.reading.velocity_mm_s = from_hd(velocity);
     now.reading.buttons = static_cast<uint32_t>(buttons);
-    // Columns of the rotation one after the other; both sides in our axes.
+    // The array holds the rotation column by column. Convert both sides to Kibori's axes.
     Mat3 theirs, turn;
     for (int i = 0; i < 3; i++)
       for (int j = 0; j < 3; j++) theirs(i, j) = transform[4 * j + i];
@@ -98,16 +100,16 @@ struct OpenHapticsDevice::Link {
 
     commands.take(command);
     Vec3 force = Vec3::Zero(), torque = Vec3::Zero();
-    if (good && error == 0 && now.at - command.at < kWatchdog) {
+    if (good && error == 0 && now.at - command.at < kForceWatchdog) {
       force = command.wrench.force;
-      torque = command.wrench.moment;  // N mm are mN m
+      torque = command.wrench.moment;  // N mm equal mN m
     }
     const double f[3] = {force.x(), force.z(), -force.y()},
                  t[3] = {torque.x(), torque.z(), -torque.y()};
     set_doubles(kForce, f);
     if (capabilities.dof_out == 6) set_doubles(kTorque, t);
     end_frame(device);
-    if (const HdError said = get_error(); said.code != 0 && error == 0) error = said.code;
+    if (const HdError failure = get_error(); failure.code != 0 && error == 0) error = failure.code;
     if (!good && error == 0) error = 1;
     if (good) readings.put(now);
   }
@@ -162,7 +164,7 @@ Result<std::unique_ptr<OpenHapticsDevice>> OpenHapticsDevice::open() {
 
   std::unique_ptr<OpenHapticsDevice> device(new OpenHapticsDevice(std::move(link)));
   Link& l = *device->link_;
-  const auto said = [&](const char* what, unsigned code) {
+  const auto failure = [&](const char* what, unsigned code) {
     const char* reason = l.error_string(code);
     return Error{std::string("OpenHaptics device: ") + what +
                  (reason ? std::string(": ") + reason : "")};
@@ -170,7 +172,7 @@ Result<std::unique_ptr<OpenHapticsDevice>> OpenHapticsDevice::open() {
   l.device = l.init_device(nullptr);
   if (const HdError error = l.get_error(); error.code != 0 || l.device == kInvalidHandle) {
     l.device = kInvalidHandle;
-    return said("could not be opened", error.code);
+    return failure("could not be opened", error.code);
   }
   l.enable(kForceOutput);
   double max = 0;
@@ -186,7 +188,7 @@ Result<std::unique_ptr<OpenHapticsDevice>> OpenHapticsDevice::open() {
   l.start_scheduler();
   l.running = true;
   if (const HdError error = l.get_error(); error.code != 0)
-    return said("the scheduler did not start", error.code);
+    return failure("the scheduler did not start", error.code);
   return device;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// 3D Systems' Touch family through the vendor's OpenHaptics library (libHD), which runs a scheduler
-// thread of its own: that and the servo loop exchange the newest values.
+// 3D Systems' Touch family, through the vendor's OpenHaptics library (libHD). The library runs a
+// scheduler thread, which exchanges the newest values with the servo loop.
 #pragma once
 
 #include <memory>
@@ -11,7 +11,8 @@ namespace kibori {
 
 class OpenHapticsDevice final : public Device {
  public:
-  // The default device. Errors: no library, a library without what is needed, or what it says.
+  // Opens the default device. Errors: no library, a library without a required function, or an
+  // error from the library.
   static Result<std::unique_ptr<OpenHapticsDevice>> open();
   ~OpenHapticsDevice() override;
 

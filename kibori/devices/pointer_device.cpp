@@ -7,19 +7,19 @@
 namespace kibori {
 namespace {
 
-// How fast the hand goes from where the tool is clear of the wood to a stroke's first place.
-// Faster, and the force of the plunge is a mean over more than a quarter of a mm.
+// Speed of the hand from a clear position of the tool to a stroke's first point. If it is higher,
+// the force of the plunge is a mean over more than a quarter of a mm.
 constexpr double kPlungeMmS = 250;
-// The surface's normal turns at once at an edge, a hand does not: turning faster than this takes
-// more readings. At 1000 readings a second and the finest lattice of the studio, a tool of 25 mm
-// then takes some 20 pieces.
+// The surface's normal jumps at an edge, but a hand does not. A faster turn takes more readings. At
+// 1000 readings per second on the studio's finest lattice, a tool of 25 mm then needs some 20
+// pieces.
 constexpr double kFastestTurn = 8;  // rad/s
-// Events farther apart are a rest, of which only the last moment counts as the way to the next
-// place. Longer than the events of the slowest screens (30 Hz) are apart, so that no motion is
-// taken for a rest.
+// A longer time between events is a rest. Only its last moment counts as the motion to the next
+// point. kRestS is longer than the event period of the slowest screens (30 Hz), so that no motion
+// counts as a rest.
 constexpr double kRestS = 0.1, kAfterRestS = 0.016;
-// A path that is known for longer than this is followed faster: what is seen is not to trail the
-// pointer.
+// If more of the path than this is known, the hand follows faster, so that the picture does not
+// trail the pointer.
 constexpr double kBehindS = 0.03;
 
 }  // namespace
@@ -28,17 +28,17 @@ PointerDevice::PointerDevice(double rate_hz) : tick_s_(1 / rate_hz) {
   capabilities_.name = "a pointer";
   capabilities_.dof_in = 6;
   capabilities_.dof_out = 0;
-  // No force reaches a hand, so that none has to be limited but for what is shown.
+  // No force reaches a hand, so these limits only bound the force that is shown.
   capabilities_.force_n = 1000;
   capabilities_.torque_nmm = 1e5;
   capabilities_.force_rate_n_s = 1e7;
   capabilities_.torque_rate_nmm_s = 1e9;
   capabilities_.damping_ns_mm = 1000;
-  capabilities_.speed_mm_s = 1e6;  // a way is a way, however fast it was gone
+  capabilities_.speed_mm_s = 1e6;  // a path is followed at any speed
   capabilities_.stiffness_n_mm = 0.5;
 }
 
-// ---- Who aims
+// ---- The thread that aims
 
 void PointerDevice::hover(const Pose& pose) { hovers_.put(pose); }
 
@@ -67,7 +67,7 @@ void PointerDevice::queue(const Event& event) {
 
 void PointerDevice::pump() {
   while (!waiting_.empty() && events_.push(waiting_.front())) {
-    told_s_.store(waiting_.front().time_s, std::memory_order_relaxed);
+    newest_s_.store(waiting_.front().time_s, std::memory_order_relaxed);
     waiting_.pop_front();
   }
 }
@@ -97,11 +97,11 @@ void PointerDevice::lead_to(const Pose& pose, double seconds) {
   read_ = 0;
 }
 
-// The next place of the path, if it is known.
+// Moves on to the next point of the path. Returns false if it is unknown.
 bool PointerDevice::next() {
   while (!ended_) {
     if (!has_event_ && !events_.pop(event_)) return false;
-    has_event_ = event_.stroke > stroke_;  // of a stroke that is not followed yet: it waits
+    has_event_ = event_.stroke > stroke_;  // belongs to a stroke that is not followed yet: it waits
     if (has_event_) return false;
     if (event_.stroke < stroke_) continue;
     if (event_.last) {
@@ -128,7 +128,8 @@ bool PointerDevice::behind() const {
   if (stroke_ == 0 || ended_ || !began_) return false;
   const double share =
       readings_ > 0 ? static_cast<double>(read_) / static_cast<double>(readings_) : 1;
-  return told_s_.load(std::memory_order_relaxed) - (from_s_ + share * (to_s_ - from_s_)) > kBehindS;
+  return newest_s_.load(std::memory_order_relaxed) - (from_s_ + share * (to_s_ - from_s_)) >
+         kBehindS;
 }
 
 DeviceStatus PointerDevice::read(DeviceReading& reading) {

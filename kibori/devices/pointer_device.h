@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: MIT
-// A mouse, a pen or a finger on glass: someone else says where the hand wants to be, and nothing
-// pushes back.
+// A mouse, a pen or a finger on a touch screen as a device. Another thread gives the pose that the
+// hand wants. The device has no force feedback.
 //
 //   hover      the hand is there at once
-//   a stroke   its path is followed, place by place as its events' own times say:
+//   a stroke   the hand follows a path from point to point, at the times of its events:
 //
-//     event    ●─────────●──●────────────●            times [s] of whoever aims, not of arrival
-//     reading  ··························             one a tick, equally far apart in time
+//     event    ●─────────●──●────────────●            the sender's times [s], not arrival times
+//     reading  ··························             one per tick, equally spaced in time
 //
-// So what is read is a function of the path alone: neither how late an event comes, nor how many
-// come at once, changes any reading, and no part of the path is left out. Where the path is not
-// known yet, the hand waits; where it lies far behind, several readings are due in one tick.
+// Therefore, the readings depend on the path alone. Late events or bursts of events change no
+// reading, and no part of the path is lost. If the next part of the path is unknown, the hand
+// waits. If the hand is far behind, one tick takes several readings.
 #pragma once
 
 #include <atomic>
@@ -26,32 +26,33 @@ class PointerDevice final : public Device {
  public:
   explicit PointerDevice(double rate_hz);
 
-  // ---- Of one thread, who aims
+  // ---- For the one thread that aims
 
-  // Where the hand is while no stroke is followed.
+  // Sets the pose of the hand while no stroke is followed.
   void hover(const Pose& pose);
-  // A stroke's path: its first place, further ones, and that it is over. Times [s] count from
-  // anywhere; one that goes back counts as the one before. Gives the stroke's number. Nothing is
-  // read of it before follow().
+  // The path of a stroke: its first point, further points, and its end. Times [s] may start
+  // anywhere. A time before the last one counts as equal to it. `begin` returns the stroke's
+  // number. The servo thread reads nothing of it before follow().
   uint32_t begin(const Pose& pose, double time_s);
   void move(const Pose& pose, double time_s);
   void end();
-  // The newest stroke of which all was read, or given up.
+  // The newest stroke that was read completely or given up.
   uint32_t finished() const { return finished_.load(std::memory_order_acquire); }
-  // Hands over what the servo thread had no room for. To be called now and then.
+  // Passes events for which the queue had no room. Call it regularly.
   void pump();
 
-  // ---- Of the servo thread
+  // ---- For the servo thread
 
-  // From now on this stroke is followed, beginning at `from`.
+  // Starts to follow this stroke, beginning at `from`.
   void follow(uint32_t stroke, const Pose& from);
-  // No stroke is followed any more; this and all before it count as finished.
+  // Stops following strokes. This stroke and all before it count as finished.
   void give_up(uint32_t stroke);
 
   const DeviceCapabilities& capabilities() const override { return capabilities_; }
-  // Nothing before the first hover() or stroke.
+  // Returns nothing before the first hover() or stroke.
   DeviceStatus read(DeviceReading& reading) override;
   bool behind() const override;
+  bool can_wait() const override { return true; }
   bool pressed() const override { return stroke_ != 0 && !ended_; }
   DeviceStatus write(const Wrench&) override { return DeviceStatus::ok; }
 
@@ -72,20 +73,20 @@ class PointerDevice final : public Device {
   const double tick_s_;
   LatestValue<Pose> hovers_;
   SmallQueue<Event, kRoom> events_;
-  std::atomic<double> told_s_{0};  // the time of the newest event
+  std::atomic<double> newest_s_{0};  // the time of the newest event
   std::atomic<uint32_t> finished_{0};
-  // Of the one who aims.
+  // For the thread that aims.
   Event newest_;
   std::deque<Event> waiting_;  // for room in events_
-  // Of the servo thread.
-  bool there_ = false;   // a place is known
-  uint32_t stroke_ = 0;  // that is followed, to its end and until it is given up; 0: none
+  // For the servo thread.
+  bool there_ = false;   // a pose is known
+  uint32_t stroke_ = 0;  // the followed stroke, until it is given up; 0: none
   bool began_ = false, ended_ = false;
   bool has_event_ = false;  // event_ is not used yet
   Event event_;
   Pose now_, from_, to_;
-  Vec3 turn_rad_ = Vec3::Zero();     // by which from_ is turned to to_
-  int64_t readings_ = 0, read_ = 0;  // readings between from_ and to_: all of them, and those done
+  Vec3 turn_rad_ = Vec3::Zero();     // rotation from from_ to to_
+  int64_t readings_ = 0, read_ = 0;  // readings between from_ and to_: total, and done
   double from_s_ = 0, to_s_ = 0;
 };
 

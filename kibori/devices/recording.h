@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// A device's readings kept, and played back as a device: to repeat a session without the hand.
+// Records a device's readings, and plays them back as a device. Therefore, a session can be
+// repeated without the hand.
 //
-// Files are CSV, one reading a line: t [s], x y z [mm], the frame's nine numbers row by row,
+// Files are CSV, one reading per line: t [s], x y z [mm], the frame's nine numbers row by row,
 // buttons.
 #pragma once
 
@@ -13,6 +14,7 @@
 
 namespace kibori {
 
+// One reading of a device, with its time since the start.
 struct RecordedReading {
   double time_s = 0;
   Vec3 position_mm = Vec3::Zero();
@@ -20,11 +22,11 @@ struct RecordedReading {
   uint32_t buttons = 0;
 };
 
-// Errors: what can't be read, with file and line.
+// Errors: an unreadable file or line, with file and line.
 Result<std::vector<RecordedReading>> read_recording(const std::filesystem::path& path);
 
-// Passes everything on to the device it wraps, and keeps its readings in memory that was there
-// before.
+// Forwards everything to the wrapped device, and keeps its readings in memory that it reserved at
+// the start.
 class RecordingDevice final : public Device {
  public:
   // Keeps the first `room` readings.
@@ -35,9 +37,9 @@ class RecordingDevice final : public Device {
   void expect_stiffness(double n_mm) override { device_->expect_stiffness(n_mm); }
   std::string complaint() const override { return device_->complaint(); }
   const std::vector<RecordedReading>& readings() const { return readings_; }
-  // Readings there was no room for.
+  // Number of readings that did not fit.
   uint64_t left_out() const { return left_out_; }
-  // Errors: those of writing files.
+  // Errors: those of writing a file.
   Status save(const std::filesystem::path& path) const;
 
  private:
@@ -47,10 +49,10 @@ class RecordingDevice final : public Device {
   uint64_t left_out_ = 0;
 };
 
-// Plays readings, one a read; stays at the last. Forces go nowhere.
+// Plays readings, one per read. After the last one, it repeats that. Forces are ignored.
 class ReplayDevice final : public Device {
  public:
-  // At least one reading.
+  // `readings` must not be empty.
   ReplayDevice(std::vector<RecordedReading> readings, const DeviceCapabilities& capabilities);
   const DeviceCapabilities& capabilities() const override { return capabilities_; }
   DeviceStatus read(DeviceReading& reading) override;

@@ -24,7 +24,7 @@ Result<std::unique_ptr<Device>> as_device(Result<std::unique_ptr<T>> opened) {
 
 using Opened = Result<std::unique_ptr<Device>>;
 
-// The address after "haply:", as HOST:PORT; empty: the service on this machine.
+// `address` is the text after "haply:", as HOST:PORT. Empty means the service on this machine.
 Opened open_haply(const std::string& address) {
   if (address.empty()) return as_device(HaplyDevice::open());
   const size_t colon = address.rfind(':');
@@ -56,8 +56,8 @@ Opened open_replay(const std::string& path) {
       std::make_unique<ReplayDevice>(std::move(readings).value(), capabilities));
 }
 
-// A kind of device. `argument`: what may follow its name, as help shows it; one that does not begin
-// with '[' must follow. `open` gets what follows the colon.
+// A kind of device. `argument` is what may follow its name, in the form that help shows. It is
+// optional if it begins with '['. `open` gets the text after the colon.
 struct DeviceKind {
   std::string_view name, argument;
   Opened (*open)(const std::string& argument);
@@ -66,7 +66,7 @@ struct DeviceKind {
   std::string usage() const { return std::string(name).append(argument); }
 };
 
-// All kinds but the virtual one, which needs a script: the one list of them.
+// All kinds except the virtual one, which needs a script. This is the only list.
 const DeviceKind kKinds[] = {
     {"forcedim", "", [](const std::string&) { return as_device(ForceDimensionDevice::open()); }},
     {"haply", "[:HOST:PORT]", open_haply},
@@ -88,7 +88,7 @@ Result<std::unique_ptr<Device>> open_device(const std::string& name) {
     known.append(", ").append(kind.usage());
     if (kind.name != kind_name) continue;
     const bool given = colon != std::string::npos;
-    // "haply:" names no place, and "forcedim:2" a place that there is not.
+    // Rejects "haply:" without an address, and "forcedim:2", which has no argument.
     const bool fits = given ? !kind.argument.empty() && colon + 1 < name.size()
                             : kind.argument.empty() || kind.argument.front() == '[';
     if (!fits) return Error{"'" + name + "' must be like " + kind.usage()};

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: MIT
-// All kinds of devices: opening one by name, and what of them is there.
+// All kinds of devices. Opens one by name, and searches for connected ones.
 //
 //   virtual                    a simulated hand (the session makes it: it needs a script)
 //   forcedim                   Force Dimension devices and the Novint Falcon
 //   haply[:HOST:PORT]          Haply Inverse3, through its service on this machine or another
 //   openhaptics                3D Systems' Touch family
 //   gamepad                    a game controller that rumbles
-//   vrpn:NAME@HOST[:PORT]      anything behind a VRPN server
+//   vrpn:NAME@HOST[:PORT]      any device behind a VRPN server
 //   dds[:DOMAIN]               a program that sends poses as ROS 2 does
-//   replay:FILE.csv            a recording: the hand's way again
+//   replay:FILE.csv            a recording of a hand's motion
 //
-// A new kind is a class of its own (haptics/device.h) and one row of the list in registry.cpp.
+// A new kind needs a class (haptics/device.h) and one row of the list in registry.cpp.
 #pragma once
 
 #include <memory>
@@ -21,15 +21,16 @@
 
 namespace kibori {
 
-// Errors: an unknown kind, or why it can't be opened.
+// Errors: an unknown kind, or the reason why it cannot be opened.
 Result<std::unique_ptr<Device>> open_device(const std::string& name);
 
+// A kind of device, and if one is connected.
 struct DeviceFound {
   std::string name;  // for open_device
   bool present = false;
-  std::string text;  // what it is, or why it is not there
+  std::string text;  // what it is, or why it is missing
 };
-// Looks for each kind that can be looked for, opening and closing it.
+// Opens and closes each kind that can be searched.
 std::vector<DeviceFound> find_devices();
 
 }  // namespace kibori

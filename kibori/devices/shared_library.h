@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A vendor's library, opened while running: nothing proprietary is linked or shipped.
+// A vendor's library that is loaded at run time. Therefore, nothing proprietary is linked or
+// shipped.
 #pragma once
 
 #include <string>
@@ -24,7 +25,7 @@ class SharedLibrary {
     return *this;
   }
 
-  // The first of these that there is. Errors: none, with where was looked.
+  // Opens the first of these names that exists. Error: none exists; the message lists the names.
   static Result<SharedLibrary> open(const std::vector<std::string>& names) {
     SharedLibrary library;
     std::string tried;
@@ -35,7 +36,7 @@ class SharedLibrary {
     }
     return Error{"not found (looked for " + tried + ")"};
   }
-  // A function of it; false where there is none of that name.
+  // Looks up a function. Returns false if the library has none of that name.
   template <class F>
   bool find(const char* name, F*& function) const {
     function = reinterpret_cast<F*>(dlsym(handle_, name));

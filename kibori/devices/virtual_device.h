@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A device that is not there: a simulated hand holds it and follows a target, which a script or a
-// pointer moves. Everything that a real one gets, this one gets.
+// A simulated device. A simulated hand holds it and follows a target, which a script or a pointer
+// moves. It receives everything that a real device receives.
 #pragma once
 
 #include <array>
@@ -13,15 +13,16 @@
 
 namespace kibori {
 
+// Settings of a simulated hand and its device.
 struct VirtualDeviceSettings {
   DeviceCapabilities capabilities;
   HandSettings hand;
   double tick_s = 0.001;
-  double count_mm = 0.01;  // what its encoders tell apart; 0: everything
+  double count_mm = 0.01;  // resolution of its encoders; 0: unlimited
   int delay_ticks = 0;     // until a force acts, 0 ... 8
 };
 
-// A hand with a wrist, at so many ticks a second, whose device gives force and moment.
+// Settings of a hand with a wrist at `rate_hz`, whose device outputs force and moment.
 inline VirtualDeviceSettings wristed_hand(std::string name, double rate_hz) {
   VirtualDeviceSettings settings;
   settings.capabilities.name = std::move(name);
@@ -33,7 +34,7 @@ inline VirtualDeviceSettings wristed_hand(std::string name, double rate_hz) {
 
 class VirtualDevice final : public Device {
  public:
-  // Where the hand wants to be at a time [s] since the first read, and which buttons it holds.
+  // The pose that the hand wants at a time [s] since the first read, and the buttons that it holds.
   struct Target {
     Vec3 position_mm = Vec3::Zero();
     Mat3 frame = Mat3::Identity();
@@ -44,12 +45,12 @@ class VirtualDevice final : public Device {
   VirtualDevice(const VirtualDeviceSettings& settings, Script script);
 
   const DeviceCapabilities& capabilities() const override { return settings_.capabilities; }
-  // Each read is one tick later than the one before, however much time passed.
+  // Each read is one tick after the last one, for any time that passed.
   DeviceStatus read(DeviceReading& reading) override;
   DeviceStatus write(const Wrench& wrench) override;
   std::string complaint() const override;
 
-  // From the next read on, as if that had happened: for tests of what is done about it.
+  // From the next read on, acts as if this status had occurred. For tests of the reaction to it.
   void pretend(DeviceStatus status) { status_ = status; }
   const SimulatedHand& hand() const { return hand_; }
 

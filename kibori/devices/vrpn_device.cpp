@@ -18,15 +18,15 @@
 namespace kibori {
 namespace {
 
-// Both sides begin with this: version, and that nothing is logged. Only the part before the minor
-// version must be the same.
+// Both sides begin with this: the version, and that nothing is logged. Only the part before the
+// minor version must match.
 constexpr char kCookie[24] = "vrpn: ver. 07.36  0";
 constexpr size_t kCookieSame = 13;  // "vrpn: ver. 07"
 constexpr size_t kHeader = 24;
 constexpr int32_t kSenderName = -1, kTypeName = -2;
 constexpr int kPatienceMs = 2000;
-constexpr double kRadiusMm = 5;  // of the field: beyond it the server lets go
-// Our own numbers of what we send.
+constexpr double kRadiusMm = 5;  // of the field: beyond it the server stops the force
+// The client's numbers for what it sends.
 constexpr int32_t kOurSender = 0, kOurForce = 0;
 
 double now_s() {
@@ -138,11 +138,11 @@ Result<std::unique_ptr<VrpnDevice>> VrpnDevice::open(const VrpnAddress& address)
 }
 
 VrpnDevice::~VrpnDevice() {
-  if (seen_) write({});  // what the server still renders must go
+  if (seen_) write({});  // stop the force that the server still renders
   close(socket_);
 }
 
-// Small messages into an empty buffer: what does not go out at once means that nobody reads.
+// Sends a small message into an empty buffer. If it cannot be sent at once, nobody is reading.
 bool VrpnDevice::send_all(const void* data, size_t size) {
   return send(socket_, data, size, MSG_NOSIGNAL | MSG_DONTWAIT) == static_cast<ssize_t>(size);
 }
@@ -156,7 +156,7 @@ bool VrpnDevice::describe(int32_t kind, int32_t id, const char* name) {
   return send_all(message, kHeader + padded(body));
 }
 
-// One whole message, of which `size` is what its header says.
+// Handles one complete message. `size` comes from its header.
 void VrpnDevice::take(const unsigned char* message, size_t size) {
   const auto sender = static_cast<int32_t>(read32(message + 12)),
              type = static_cast<int32_t>(read32(message + 16));
@@ -164,8 +164,8 @@ void VrpnDevice::take(const unsigned char* message, size_t size) {
   const size_t length = size - kHeader;
   if (type == kSenderName || type == kTypeName) {
     if (sender < 0 || sender >= kMaxIds || length < 4) return;
-    const size_t said = read32(body);
-    if (said < 1 || said > length - 4 || body[4 + said - 1] != 0) return;
+    const size_t text_size = read32(body);
+    if (text_size < 1 || text_size > length - 4 || body[4 + text_size - 1] != 0) return;
     const char* const name = reinterpret_cast<const char*>(body + 4);
     const auto id = static_cast<size_t>(sender);
     if (type == kSenderName)
@@ -191,7 +191,7 @@ void VrpnDevice::take(const unsigned char* message, size_t size) {
     const Vec3 position = 1000 * Vec3(v[0], v[1], v[2]);
     if (!(position.cwiseAbs().maxCoeff() < 1e5)) return;  // a hundred metres
     const double now = now_s(), since = now - velocity_time_s_;
-    // Readings closer together than this say more about the network than about the hand.
+    // If readings are closer together than this, the network's delay dominates the velocity.
     if (!seen_) {
       last_.velocity_mm_s = Vec3::Zero();
       velocity_from_mm_ = position;
@@ -218,7 +218,7 @@ DeviceStatus VrpnDevice::lost(const char* why) {
 
 DeviceStatus VrpnDevice::read(DeviceReading& reading) {
   if (lost_) return DeviceStatus::unplugged;
-  // At most so many messages a tick, however fast the server talks.
+  // Limits the number of messages per tick, for a server that sends too fast.
   for (int rounds = 0; rounds < 8; rounds++) {
     const ssize_t n =
         recv(socket_, buffer_.data() + filled_, buffer_.size() - filled_, MSG_DONTWAIT);
@@ -247,9 +247,9 @@ DeviceStatus VrpnDevice::write(const Wrench& wrench) {
   if (lost_) return DeviceStatus::unplugged;
   unsigned char message[kHeader + 64];
   put_header(message, 64, kOurSender, kOurForce);
-  // Around where it was: metres, N, N/m. The spring counts along the force only.
+  // Around the last position: metres, N, N/m. The spring acts along the force only.
   float values[16] = {};
-  // No stiffer than that the server's force at most doubles within the radius.
+  // The stiffness is limited so that the server's force at most doubles within the radius.
   const double force = std::sqrt(wrench.force.squaredNorm());
   const double stiffness = std::min({stiffness_n_mm_, force / kRadiusMm,
                                      std::max(0.0, capabilities_.force_n - force) / kRadiusMm});

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// A device behind a VRPN server (tracker, buttons, force device), on any machine: VRPN's own wire
-// protocol over TCP, no library needed.
+// A device behind a VRPN server (tracker, buttons, force device) on any machine. It implements
+// VRPN's wire protocol over TCP and needs no library.
 //
-// The server is sent a field of force around where the device was, F + J (x - x0), which it renders
-// at its own rate: so it stays smooth where we are slower.
+// The client sends the server a force field around the device's last position, F + J (x - x0). The
+// server renders it at its own rate. Therefore, the force stays smooth if the client is slower.
 #pragma once
 
 #include <array>
@@ -16,17 +16,18 @@
 
 namespace kibori {
 
+// The address of a device on a VRPN server.
 struct VrpnAddress {
-  std::string device;  // as the server names it, e.g. "Phantom0"
+  std::string device;  // the server's name for it, e.g. "Phantom0"
   std::string host;
   uint16_t port = 3883;
 };
-// From "Phantom0@host[:port]". Errors: no name or host, a port that is none.
+// Parses "Phantom0@host[:port]". Errors: no name or host, or an invalid port.
 Result<VrpnAddress> parse_vrpn_address(const std::string& text);
 
 class VrpnDevice final : public Device {
  public:
-  // Errors: the host is not found, nobody answers within two seconds, or it does not speak VRPN.
+  // Errors: the host is not found, no answer within two seconds, or it does not speak VRPN.
   static Result<std::unique_ptr<VrpnDevice>> open(const VrpnAddress& address);
   ~VrpnDevice() override;
 
@@ -37,7 +38,7 @@ class VrpnDevice final : public Device {
   std::string complaint() const override;
 
  private:
-  static constexpr size_t kLongest = 4096;  // message
+  static constexpr size_t kLongest = 4096;  // of a message
   static constexpr int kMaxIds = 256;
 
   explicit VrpnDevice(int socket) : socket_(socket) { names_.fill(Known::other); }
@@ -59,7 +60,7 @@ class VrpnDevice final : public Device {
   bool seen_ = false;
   double last_time_s_ = 0, velocity_time_s_ = 0, stiffness_n_mm_ = 0;
   Vec3 velocity_from_mm_ = Vec3::Zero();
-  const char* lost_ = nullptr;  // why, once it is
+  const char* lost_ = nullptr;  // the reason, once the connection is lost
 };
 
 }  // namespace kibori

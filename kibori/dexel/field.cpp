@@ -10,6 +10,7 @@
 
 #include <kibori/base/check.h>
 #include <kibori/base/hash.h>
+#include <kibori/dexel/volume.h>
 
 namespace kibori {
 
@@ -94,7 +95,7 @@ void release(Pools& pools, const FieldShape& shape, Root* root, Side side) {
 
 Plane* copy_chain(Pools& pools, const Plane* from, Side side);
 
-// Without what follows it.
+// Copies one plane without the planes after it.
 void copy_alone(Pools& pools, Plane& to, const Plane& from, Side side) {
   std::memcpy(&to, &from, offsetof(Plane, next));
   to.next = nullptr;
@@ -134,7 +135,7 @@ uint64_t hash_tile(const Tile& tile) {
 
 bool without_spans(const Plane& plane) {
   for (int row = 0; row < kTileRays; row += kTileSide) {
-    bool any = false;  // no way out of the inner loop, so that it is vectorised
+    bool any = false;  // no early exit from the inner loop, so that it is vectorised
     for (int slot = row; slot < row + kTileSide; slot++) any |= plane.in[slot] < plane.out[slot];
     if (any) return false;
   }
@@ -171,15 +172,53 @@ void FieldSnapshot::swap(FieldSnapshot& other) noexcept {
   std::swap(root_, other.root_);
 }
 
-double FieldSnapshot::volume(const Tile& tile) {
-  double sum = 0;
-  for (const Plane* p = tile.empty ? nullptr : &tile.first; p; p = p->next)
-    for (int slot = 0; slot < kTileRays; slot++)
-      if (!p->empty_at(slot)) sum += static_cast<double>(p->out[slot]) - p->in[slot];
-  return sum;
+bool FieldSnapshot::holds(const Index3& node, int material, float margin) const {
+  if ((node < 0).any() || node[0] >= nodes_u() || node[1] >= nodes_v()) return false;
+  const float depth = static_cast<float>(node[2]) + 0.5f;
+  const int slot = (node[1] % kTileSide) * kTileSide + node[0] % kTileSide;
+  for (const Plane* p = &tile(node[0] / kTileSide, node[1] / kTileSide).first;
+       p && !p->empty_at(slot); p = p->next)
+    if (p->in[slot] + margin <= depth && depth + margin < p->out[slot] &&
+        (material < 0 || p->material[slot] == material))
+      return true;
+  return false;
 }
 
-double FieldSnapshot::volume() const {
+RayVolume FieldSnapshot::ray_volume(int u, int v, const Span& span, const FieldSnapshot& z) const {
+  const auto holds = [&](int k, bool) {
+    Index3 node;
+    node[u_index(axis())] = u;
+    node[v_index(axis())] = v;
+    node[depth_index(axis())] = k;
+    return z.holds(node, span.material, kTie);
+  };
+  return {span.in, span.out,         depth_weight(span.normal_in), depth_weight(span.normal_out),
+          holds,   axis() != Axis::z};
+}
+
+double FieldSnapshot::volume(int tu, int tv, const FieldSnapshot& z) const {
+  const Tile& t = tile(tu, tv);
+  double nodes = 0, correction = 0;
+  for (const Plane* p = t.empty ? nullptr : &t.first; p; p = p->next)
+    for (int slot = 0; slot < kTileRays; slot++) {
+      if (p->empty_at(slot)) continue;
+      const RayVolume piece = ray_volume(tu * kTileSide + slot % kTileSide,
+                                         tv * kTileSide + slot / kTileSide, span_at(*p, slot), z);
+      nodes += piece.nodes();
+      correction += piece.correction();
+    }
+  return axis() == Axis::z ? nodes + correction : correction;
+}
+
+bool FieldSnapshot::empty() const {
+  for (int tv = 0; tv < tiles_v(); tv++)
+    for (int tu = 0; tu < tiles_u(); tu++)
+      if (!tile(tu, tv).empty) return false;
+  return true;
+}
+
+double FieldSnapshot::volume(const FieldSnapshot& z) const {
+  // Where a tile is shared, the z field is the same at all its places.
   std::unordered_map<const Tile*, double> known;
   double total = 0;
   for (int tv = 0; tv < tiles_v(); tv++)
@@ -187,7 +226,7 @@ double FieldSnapshot::volume() const {
       const Tile& t = tile(tu, tv);
       if (t.empty) continue;
       auto [entry, fresh] = known.try_emplace(&t, 0.0);
-      if (fresh) entry->second = volume(t);
+      if (fresh) entry->second = volume(tu, tv, z);
       total += entry->second;
     }
   return total;
@@ -227,7 +266,7 @@ uint64_t FieldSnapshot::content_hash() const {
 }
 
 uint64_t FieldSnapshot::content_hash(const Tile& tile) {
-  // Tiles in a snapshot do not change, so each remembers its own; whoever writes one forgets it.
+  // Tiles in a snapshot do not change, so each caches its hash. A writer clears it.
   uint64_t own = tile.hash.load(std::memory_order_relaxed);
   if (own == 0) {
     own = hash_tile(tile);
@@ -243,7 +282,7 @@ Field::Field(Axis axis, const Index3& nodes) {
   shape_ = shape_of(axis, nodes);
   pools_ = std::make_shared<Pools>(shape_);
   Tile* const empty = pools_->empty = new_tile();
-  // All pages share the one empty tile; pages beyond the field's edge hold null slots.
+  // All pages share the one empty tile. Slots beyond the field's edge are null.
   root_ = static_cast<Root*>(take(pools_->roots, side_));
   new (&root_->refs) std::atomic<uint32_t>(1);
   uint32_t uses = 0;
@@ -267,7 +306,7 @@ void Field::restore(const FieldSnapshot& snapshot) {
   take_root(snapshot, side_);
 }
 
-// Only the root: others may read meanwhile which memory it lives in.
+// Replaces only the root, because other threads may read pools_ meanwhile.
 void FieldSnapshot::take_root(const FieldSnapshot& other, Side side) {
   hold(other.root_);
   release(*pools_, shape_, std::exchange(root_, other.root_), side);
@@ -369,7 +408,7 @@ PaintPlane& Field::paint_of(Plane& plane) {
 }
 
 void Field::trim_planes(Tile& tile) {
-  // Spans fill the planes from the first, so the last is the first to be empty.
+  // Spans fill the planes from the first on, so the last plane becomes empty first.
   for (;;) {
     Plane *before = nullptr, *last = &tile.first;
     while (last->next) before = std::exchange(last, last->next);
@@ -383,7 +422,7 @@ void Field::trim_planes(Tile& tile) {
 
 void Field::fill(int u0, int u1, int v0, int v1, float in, float out, uint8_t material) {
   if (u0 >= u1 || v0 >= v1 || !(in < out)) return;
-  // A tile's content depends only on which of its rays are inside, so that is the key to share by.
+  // A tile's content depends only on which of its rays are inside. Tiles are shared by that key.
   std::map<std::tuple<int, int, int, int>, Tile*> made;
   const auto clip = [](int value, int tile) {
     return std::clamp(value - tile * kTileSide, 0, kTileSide);

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 // One dexel field: parallel rays through the lattice nodes, in tiles shared copy-on-write.
 //
-//   Snapshot ──► Root ──► Page (8 x 8 tiles) ──► Tile          each counted by the references to it
+//   Snapshot ──► Root ──► Page (8 x 8 tiles) ──► Tile          each counts its references
 //   Field    ──►  │
 //
-// A snapshot is one more reference to the root. The writer copies a root, page or tile only when
-// someone else holds it too, so a snapshot costs what changes after it. Readers may sit on any
-// thread; one thread writes.
+// A snapshot is one more reference to the root. The writer copies a root, page or tile only if it
+// is shared. So a snapshot costs only what changes after it. Any number of threads may read; one
+// thread writes.
 #pragma once
 
 #include <atomic>
@@ -17,6 +17,7 @@
 
 #include <kibori/dexel/pool.h>
 #include <kibori/dexel/tile.h>
+#include <kibori/dexel/volume.h>
 #include <kibori/geometry/axis.h>
 #include <kibori/geometry/lattice.h>
 #include <kibori/geometry/vec.h>
@@ -42,7 +43,7 @@ struct Page {
 
 struct Root {
   std::atomic<uint32_t> refs;
-  Page* pages[1];  // as many as the field has
+  Page* pages[1];  // one for each page of the field
 };
 
 template <class T>
@@ -71,15 +72,15 @@ struct FieldShape {
 struct Pools {
   explicit Pools(const FieldShape& shape);
   BlockPool tiles, planes, paints, pages, roots;
-  Tile* empty = nullptr;  // stands wherever there is no material; never given back
+  Tile* empty = nullptr;  // the tile of every place without material; never returned to the pool
 };
 
-// Who takes blocks and gives them back: the field's own writer, or another beside it.
+// Who takes and returns blocks: the field's own writer, or a second writer.
 enum class Side { owner, aside };
 
 }  // namespace detail
 
-// A field as it was at one moment. Cheap to copy; safe to read and drop on any thread.
+// The state of a field at one moment. Cheap to copy; safe to read and destroy on any thread.
 class FieldSnapshot {
  public:
   FieldSnapshot() = default;
@@ -112,8 +113,8 @@ class FieldSnapshot {
       f(span_at(*p, slot));
   }
 
-  // Calls f(tu, tv, was, is) for the tiles that are not the very same in an earlier snapshot of
-  // this field; what the two share is passed over, so the cost is that of what changed.
+  // Calls f(tu, tv, was, is) for each tile that differs, as an object, from an earlier snapshot of
+  // this field. Shared pages are skipped, so the cost depends only on what changed.
   template <class F>
   void for_changed_tiles(const FieldSnapshot& before, F&& f) const {
     if (root_ == before.root_) return;
@@ -131,28 +132,35 @@ class FieldSnapshot {
       }
   }
 
-  // Makes memory for as many tiles as it takes for `tiles` to be ready, in the field it is of. Any
-  // thread.
+  // Allocates memory until its field's pool has `tiles` tiles ready. Any thread.
   void keep_ready(int tiles) const;
-  // Of the field it is of, with all its snapshots. Any thread.
+  // Memory of its field, including all snapshots. Any thread.
   size_t memory_bytes() const;
-  // Lets go of it, and gives the memory that no one else holds to those who write beside the
-  // field's owner.
+  // Releases the snapshot. Memory that has no other user goes to second writers.
   void drop_shared();
-  // Whether it is of the same field, which then can be restored to it.
+  // True if both are snapshots of the same field. A field can be restored to either then.
   bool of_same_field(const FieldSnapshot& other) const { return pools_ == other.pools_; }
 
-  // Sum of span lengths [lattice units^3]; the same on every machine.
-  double volume() const;
-  static double volume(const Tile& tile);
+  bool empty() const;  // no span at all
+  // This field's share of the volume (volume.h) of a model whose z field is `z` [lattice units^3]:
+  // the corrections of its ends, and the nodes if it is the z field. The result is the same on
+  // every machine.
+  double volume(const FieldSnapshot& z) const;
+  double volume(int tu, int tv, const FieldSnapshot& z) const;
+  // z field only: true if the node is inside, in any material or in the given one, by at least
+  // `margin` [cells] from the span's ends.
+  bool holds(const Index3& node) const { return holds(node, -1, 0); }
+  bool holds(const Index3& node, int material, float margin) const;
+  // The contribution of a span of the ray at (u, v) of this field.
+  RayVolume ray_volume(int u, int v, const Span& span, const FieldSnapshot& z) const;
   struct Count {
     int64_t spans = 0;
     int64_t bytes = 0;  // of distinct tiles, pages and the root
   };
   Count count() const;
-  // Hash of the content (spans, materials, normals, paint), whatever the storage.
+  // Hash of the content (spans, materials, normals, paint). It does not depend on the storage.
   uint64_t content_hash() const;
-  // Of one tile of a snapshot, which remembers it.
+  // Hash of one tile of a snapshot. The tile caches it.
   static uint64_t content_hash(const Tile& tile);
 
   static Span span_at(const Plane& plane, int slot) {
@@ -178,8 +186,8 @@ class Field : private FieldSnapshot {
  public:
   // An empty field for the rays of `axis` through a lattice of `nodes`.
   Field(Axis axis, const Index3& nodes);
-  // Another writer beside the field that `start` is of, on another thread: begins as it was then,
-  // in the same memory, so that each can be restored to the other's snapshots.
+  // A second writer of the field that `start` belongs to, on another thread. It begins in that
+  // state and uses the same memory. Each writer can be restored to the other's snapshots.
   explicit Field(const FieldSnapshot& start) : FieldSnapshot(start), side_(detail::Side::aside) {}
   ~Field() {
     if (side_ == detail::Side::aside) drop_shared();
@@ -194,45 +202,45 @@ class Field : private FieldSnapshot {
   using FieldSnapshot::tiles_u;
   using FieldSnapshot::tiles_v;
 
-  // Everything readable, at this moment, without counting a reference.
+  // Read access to the current state, without counting a reference.
   const FieldSnapshot& view() const { return *this; }
   FieldSnapshot snapshot() const { return *this; }
-  // Goes back (or forth) to a snapshot of this same field.
+  // Restores a snapshot of this field, older or newer.
   void restore(const FieldSnapshot& snapshot);
 
-  // Whether writing the tile would copy it first.
+  // True if a write to the tile would copy it first.
   bool shared(int tu, int tv) const {
     const detail::Page* page = root_->pages[shape_.page_of(tu, tv)];
     return detail::is_shared(*root_) || detail::is_shared(*page) ||
            detail::is_shared(*page->tiles[shape_.slot_of(tu, tv)]);
   }
-  // The tile for writing; copied first if anyone else holds it.
+  // The tile for writing. Copies it first if it is shared.
   Tile& writable(int tu, int tv) {
     Tile& tile = maybe_writable(tu, tv);
     tile.hash.store(0, std::memory_order_relaxed);
     return tile;
   }
-  // The same, where it may yet turn out that nothing is written: who writes clears the tile's hash.
+  // The same, if the caller may not write after all. A caller that writes clears the tile's hash.
   Tile& maybe_writable(int tu, int tv) {
     return shared(tu, tv) ? copy_for_writing(tu, tv)
                           : *root_->pages[shape_.page_of(tu, tv)]->tiles[shape_.slot_of(tu, tv)];
   }
-  // Puts the shared empty tile in place.
+  // Replaces the tile by the shared empty tile.
   void clear_tile(int tu, int tv);
-  // Leaves only those planes of a tile that `keep` says, plane by plane; those that go have a span
-  // of every ray.
+  // Keeps only the planes of a tile whose flag in `keep` is set. The removed planes must have a
+  // span of every ray.
   void keep_planes(int tu, int tv, const std::vector<bool>& keep);
-  // Puts the tile of another place here, too: they are one until either is written.
+  // Uses another tile here, too. The two are shared until either is written.
   void share_tile(int tu, int tv, int from_tu, int from_tv);
-  // The plane after `plane`, made if there is none.
+  // The plane after `plane`. Creates it if there is none.
   Plane& next_plane(Plane& plane);
   PaintPlane& paint_of(Plane& plane);
-  // Drops planes at the end of the chain that hold no span.
+  // Removes planes without spans at the end of the chain.
   void trim_planes(Tile& tile);
 
-  // Fills rays u0 <= u < u1, v0 <= v < v1 of an empty field with one span; equal tiles are shared.
+  // Fills rays u0 <= u < u1, v0 <= v < v1 of an empty field with one span. Equal tiles are shared.
   void fill(int u0, int u1, int v0, int v1, float in, float out, uint8_t material);
-  // Makes room for `tiles` more tiles without asking the system later. Any thread.
+  // Allocates memory for `tiles` more tiles in advance. Any thread.
   void reserve(int tiles);
 
  private:

@@ -58,7 +58,7 @@ void* BlockPool::take_shared() {
 }
 
 void BlockPool::take_surplus() {
-  // Some of the ready lie in `mine_`, and those are not seen here.
+  // Some of the ready blocks are in `mine_`, which is not visible here.
   if (given_.load(std::memory_order_relaxed) - taken_.load(std::memory_order_relaxed) <
       2 * kOwnersShare)
     return;
@@ -99,7 +99,7 @@ void BlockPool::reserve(size_t blocks) {
 
 std::pair<BlockPool::Free*, BlockPool::Free*> BlockPool::make(size_t count) {
   auto* chunk = static_cast<std::byte*>(::operator new(count* bytes_, kAlign));
-  // Touch every page now: a page fault on first use would stall the servo.
+  // Touches every page now: a page fault on first use would delay the servo.
   std::memset(chunk, 0, count * bytes_);
   chunks_.push_back(chunk);
   Free* first = nullptr;

@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: MIT
-// Blocks for tiles, pages and roots, so that an edit on the servo path allocates and frees nothing.
+// Memory pool of blocks for tiles, pages and roots. With it, an edit on the servo thread does not
+// allocate or free memory.
 //
 //   owner (the writer)          any thread
 //   take() <── mine ◄──exchange── returned ◄── give()
 //                                    ▲ reserve()
 //   take_shared() <───────────────── aside ◄── give_shared()      under a lock
 //
-// One thread takes; any thread gives back. The owner grabs the whole returned list at once, so
-// there is no ABA. A second writer, which makes states of the model, takes blocks from `aside` and
-// returns them there; where none lie aside, it grabs what was returned, and leaves the owner
-// kOwnersShare of it: else blocks that it fills and the owner lets go of would pile up.
+// One thread takes; any thread gives back. The owner takes the whole returned list at once, so
+// there is no ABA problem. A second writer, which makes states of the model, takes blocks from
+// `aside` and returns them there. If `aside` is empty, it takes returned blocks, but leaves
+// kOwnersShare of them to the owner. Otherwise blocks that it fills and the owner releases would
+// pile up.
 #pragma once
 
 #include <atomic>
@@ -22,32 +24,31 @@ namespace kibori {
 
 class BlockPool {
  public:
-  // Blocks of `bytes` bytes, 64-byte aligned; the system is asked for about `chunk_bytes` at a
-  // time.
+  // Blocks of `bytes` bytes, 64-byte aligned. The pool allocates about `chunk_bytes` at a time.
   explicit BlockPool(size_t bytes, size_t chunk_bytes = size_t{1} << 20);
   ~BlockPool();
   BlockPool(const BlockPool&) = delete;
   BlockPool& operator=(const BlockPool&) = delete;
 
-  // Uninitialised memory. Owner thread only. Allocates only when the pool is dry.
+  // Uninitialised memory. Owner thread only. Allocates only if the pool is empty.
   void* take();
-  // Any thread; wait-free but for other givers.
+  // Any thread. It retries only if another thread gives a block at the same time.
   void give(void* block);
-  // Blocks ready for the owner that a second writer leaves alone.
+  // Number of ready blocks that a second writer leaves to the owner.
   static constexpr size_t kOwnersShare = 4096;
-  // As take() and give(), any thread, under a lock.
+  // The same as take() and give() for any thread, under a lock.
   void* take_shared();
   void give_shared(void* block);
-  // Makes at least `blocks` more blocks ready: those that lie aside first. Any thread.
+  // Makes at least `blocks` more blocks ready. Uses those in `aside` first. Any thread.
   void reserve(size_t blocks);
-  // Makes as many more as it takes for `blocks` to be ready. Any thread.
+  // Makes more blocks ready until `blocks` are ready. Any thread.
   void keep_ready(size_t blocks) {
     const size_t ready =
         given_.load(std::memory_order_relaxed) - taken_.load(std::memory_order_relaxed);
     if (ready < blocks) reserve(blocks - ready);
   }
 
-  // Of the blocks that were taken and not given back. Any thread.
+  // Size of all blocks that were taken and not given back. Any thread.
   size_t bytes_in_use() const {
     return bytes_ *
            (made_.load(std::memory_order_relaxed) + taken_.load(std::memory_order_relaxed) -
@@ -59,18 +60,18 @@ class BlockPool {
     Free* next;
   };
   void give_chain(Free* first, Free* last, size_t count);
-  // What the owner has more than it needs, aside. Under the lock.
+  // Moves the owner's surplus to `aside`. Call under the lock.
   void take_surplus();
-  // A chain of new blocks: its first and last. Under the lock.
+  // A chain of new blocks: its first and last. Call under the lock.
   std::pair<Free*, Free*> make(size_t count);
 
   const size_t bytes_;
   const size_t chunk_bytes_;
-  // given_: what was made ready, too; taken_: by the owner alone.
+  // given_ includes new blocks; taken_ counts the owner's only.
   std::atomic<size_t> made_{0}, given_{0}, taken_{0}, lying_aside_{0};
   Free* mine_ = nullptr;
   std::atomic<Free*> returned_{nullptr};
-  std::mutex lock_;  // of what follows
+  std::mutex lock_;  // protects the members below
   Free* aside_ = nullptr;
   std::vector<void*> chunks_;
 };

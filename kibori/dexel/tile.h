@@ -2,13 +2,13 @@
 // A tile: 16 x 16 rays of one dexel field, stored as planes.
 //
 //   plane 0   first span of every ray    in[256] out[256] normals material
-//   plane 1   second span of every ray   (exists only where some ray has two)
+//   plane 1   second span of every ray   (exists only if some ray has two)
 //   ...
 //
-// Ray (i, j) of a tile is slot j * 16 + i; i runs along u, so one row of 16 rays is one vector. A
-// slot without a span has in = +kFar, out = -kFar. The spans of a ray fill planes from 0 without
-// gaps, sorted and disjoint (they may touch where the material changes). Depths are float32 lattice
-// units from the lattice's lower corner; spans are half-open [in, out).
+// Ray (i, j) of a tile is slot j * 16 + i. i runs along u, so one row of 16 rays is one vector. A
+// slot without a span has in = +kFar, out = -kFar. The spans of a ray fill the planes from 0
+// without gaps. They are sorted and disjoint; they may touch where the material changes. Depths are
+// float32 lattice units from the lattice's lower corner. Spans are half-open [in, out).
 #pragma once
 
 #include <algorithm>
@@ -21,6 +21,7 @@ namespace kibori {
 
 inline constexpr int kTileSide = 16;
 inline constexpr int kTileRays = kTileSide * kTileSide;
+// Tile::material of a tile whose spans have several materials.
 inline constexpr uint8_t kMixedMaterial = 255;
 
 // 0xAABBGGRR; 0 means unpainted.
@@ -38,14 +39,14 @@ struct Plane {
   alignas(64) uint32_t normal_in[kTileRays];
   alignas(64) uint32_t normal_out[kTileRays];
   alignas(64) uint8_t material[kTileRays];
-  float near, far;  // every span here lies in [near, far]: so an edit can pass the plane by
-  bool tight;       // and in nothing shorter; edits leave it false
+  float near, far;  // bounds of all spans; an edit skips the plane if the tool is outside them
+  bool tight;       // true if the bounds are exact; an edit sets it to false
   Plane* next;
-  PaintPlane* paint;  // null where nothing in this plane was ever painted
+  PaintPlane* paint;  // null if nothing in this plane was ever painted
 
-  // Whether a span may meet depths between min and max.
+  // True if a span may reach depths between min and max.
   bool reaches(double min, double max) const { return near < max && far > min; }
-  // Widens the bounds by a span.
+  // Extends the bounds by a span.
   void include(float begin, float end) {
     near = std::min(near, begin);
     far = std::max(far, end);
@@ -68,7 +69,7 @@ struct Plane {
 struct Tile {
   Plane first;
   std::atomic<uint32_t> refs;
-  mutable std::atomic<uint64_t> hash;  // of the content; 0: not known
+  mutable std::atomic<uint64_t> hash;  // of the content; 0: unknown
   uint8_t material;                    // of every span in the tile, or kMixedMaterial
   bool empty;                          // no span at all
 
@@ -78,14 +79,14 @@ struct Tile {
     return false;
   }
   float near() const {
-    float least = first.near;
-    for (const Plane* p = first.next; p; p = p->next) least = std::min(least, p->near);
-    return least;
+    float nearest = first.near;
+    for (const Plane* p = first.next; p; p = p->next) nearest = std::min(nearest, p->near);
+    return nearest;
   }
   float far() const {
-    float most = first.far;
-    for (const Plane* p = first.next; p; p = p->next) most = std::max(most, p->far);
-    return most;
+    float farthest = first.far;
+    for (const Plane* p = first.next; p; p = p->next) farthest = std::max(farthest, p->far);
+    return farthest;
   }
 };
 

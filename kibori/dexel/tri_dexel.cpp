@@ -11,18 +11,19 @@ namespace kibori {
 
 double Snapshot::volume_mm3() const {
   double sum = 0;
-  for (const FieldSnapshot& f : fields) sum += f.volume();
-  return sum / 3 * (lattice.pitch_mm * lattice.pitch_mm * lattice.pitch_mm);
+  for (const FieldSnapshot& f : fields) sum += f.volume(fields[2]);
+  return sum * (lattice.pitch_mm * lattice.pitch_mm * lattice.pitch_mm);
 }
 
 double Snapshot::volume_mm3_since(const Snapshot& before) const {
   double sum = 0;
   for (const Axis axis : kAxes)
     field(axis).for_changed_tiles(before.field(axis),
-                                  [&](int, int, const Tile& was, const Tile& is) {
-                                    sum += FieldSnapshot::volume(is) - FieldSnapshot::volume(was);
+                                  [&](int tu, int tv, const Tile&, const Tile&) {
+                                    sum += field(axis).volume(tu, tv, fields[2]) -
+                                           before.field(axis).volume(tu, tv, before.fields[2]);
                                   });
-  return sum / 3 * (lattice.pitch_mm * lattice.pitch_mm * lattice.pitch_mm);
+  return sum * (lattice.pitch_mm * lattice.pitch_mm * lattice.pitch_mm);
 }
 
 uint64_t Snapshot::content_hash() const {

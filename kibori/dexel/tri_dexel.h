@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The model: three dexel fields over one lattice. Inside at a lattice node is decided by the z
-// field alone; x and y give positions, normals and unbiased volumes. An edit writes all three.
+// The model: three dexel fields over one lattice. The z field alone decides if a lattice node is
+// inside. All three fields give positions, normals and volume. An edit writes all three.
 #pragma once
 
 #include <array>
@@ -11,27 +11,27 @@
 
 namespace kibori {
 
-// A model as it was at one moment; cheap to copy, safe on any thread.
+// The state of a model at one moment. Cheap to copy; safe on any thread.
 struct Snapshot {
   Lattice lattice;
   std::array<FieldSnapshot, 3> fields;
 
   const FieldSnapshot& field(Axis axis) const { return fields[static_cast<size_t>(axis)]; }
-  // Volume [mm^3], the mean of the three fields.
+  // Volume [mm^3], see volume.h.
   double volume_mm3() const;
-  // How much more it is than an earlier snapshot of the same model; costs what changed.
+  bool empty() const { return fields[0].empty() && fields[1].empty() && fields[2].empty(); }
+  // Volume minus that of an earlier snapshot of the same model. The cost depends on what changed.
   double volume_mm3_since(const Snapshot& before) const;
-  // Hash of the whole content, not of how it is stored.
+  // Hash of the whole content. It does not depend on the storage.
   uint64_t content_hash() const;
-  // Refills the pools of its model for edits that touch up to `tiles` tiles a field, where
-  // snapshots are kept. Any thread.
+  // Refills the model's pools for edits that touch up to `tiles` tiles per field while snapshots
+  // exist. Any thread.
   void keep_ready(int tiles) const;
-  // Memory of its model with all its snapshots. Any thread.
+  // Memory of the model, including all snapshots. Any thread.
   size_t memory_bytes() const;
-  // Lets go of it, and gives the memory that no one else holds to models beside its own (see
-  // TriDexel).
+  // Releases the snapshot. Memory that has no other user goes to second writers (see TriDexel).
   void drop_shared();
-  // Whether both are of one model, or of models beside it.
+  // True if both belong to one model, or to writers that share its memory.
   bool of_same_model(const Snapshot& other) const {
     return fields[2].of_same_field(other.fields[2]);
   }
@@ -46,9 +46,9 @@ class TriDexel {
   // An empty model. The lattice must have 1..kMaxNodesPerAxis nodes on each axis: see
   // check_lattice.
   explicit TriDexel(const Lattice& lattice);
-  // A model beside the one `start` is of, for another thread: it begins as that was then, in the
-  // same memory, and each can be restored to the other's snapshots. `material_bounds`: as of
-  // material_bounds().
+  // A second writer of the model that `start` belongs to, for another thread. It begins in that
+  // state and uses the same memory. Each can be restored to the other's snapshots.
+  // `material_bounds`: see material_bounds().
   TriDexel(const Snapshot& start, const LatticeBox& material_bounds);
 
   const Lattice& lattice() const { return lattice_; }
@@ -56,23 +56,25 @@ class TriDexel {
   const Field& field(Axis axis) const { return fields_[static_cast<size_t>(axis)]; }
 
   Snapshot snapshot() const;
-  // Goes back to a snapshot of this same model, or of one beside it.
+  // Restores a snapshot of this model, or of one that shares its memory.
   void restore(const Snapshot& snapshot);
 
-  // Fills the box [mm] of an empty model; plain tiles are shared, so size costs nothing.
+  // Fills the box [mm] of an empty model. Equal tiles are shared, so a large box needs little
+  // memory.
   void fill_block(const Box& box_mm, uint8_t material);
-  // Readies pools for edits that touch up to `tiles` tiles a field between two snapshots.
+  // Fills the pools for edits that touch up to `tiles` tiles per field between two snapshots.
   void reserve(int tiles);
 
   double volume_mm3() const { return snapshot().volume_mm3(); }
+  bool empty() const { return snapshot().empty(); }
   uint64_t content_hash() const { return snapshot().content_hash(); }
   ModelCount count() const;
 
-  // A box [lattice units] no material lies outside of. It stays where material was once, so no
-  // model and no force may depend on it.
+  // A box [lattice units] that contains all material. It does not shrink when material is removed,
+  // so no model and no force may depend on it.
   const LatticeBox& material_bounds() const { return material_bounds_; }
   void include_material(const LatticeBox& box);
-  // Counts edits and restores, so that a caller can tell whether the model is as it left it.
+  // Number of edits and restores. A caller compares it to detect changes.
   uint64_t generation() const { return generation_; }
   void touch() { generation_++; }
 
@@ -83,9 +85,9 @@ class TriDexel {
   uint64_t generation_ = 0;
 };
 
-// The lattice over the box [0, size_mm] with `room_mm` of space around it; nodes at (i + 1/2) *
-// pitch from the box's lower corner. Errors: pitch not positive, or more than kMaxNodesPerAxis
-// nodes along an axis.
+// The lattice over the box [0, size_mm] with `room_mm` of space around it. Nodes are at (i + 1/2) *
+// pitch from the box's lower corner. Errors: a pitch that is not positive; an invalid size or room;
+// more than kMaxNodesPerAxis nodes along an axis.
 Result<Lattice> make_lattice(const Vec3& size_mm, double pitch_mm, double room_mm);
 
 }  // namespace kibori

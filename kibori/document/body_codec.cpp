@@ -35,8 +35,8 @@ Json places_to_json(const std::vector<Vec3>& places) {
   return list;
 }
 
-bool read_places(const Json& json, size_t most, std::vector<Vec3>& places) {
-  if (!json.is_array() || json.size() > most) return false;
+bool read_places(const Json& json, size_t max_count, std::vector<Vec3>& places) {
+  if (!json.is_array() || json.size() > max_count) return false;
   for (const Json& item : json)
     if (!read_vec(item, places.emplace_back())) return false;
   return true;
@@ -158,7 +158,7 @@ Status read(const Json& json, BodyProperties& properties) {
   return Ok{};
 }
 
-Json json_of(const Tool& tool) { return Json::parse(tool_to_json(tool)); }
+Json tool_json(const Tool& tool) { return parse_json(tool_to_json(tool)); }
 
 Status read(const Json& json, Tool& tool) {
   Result<Tool> read = tool_from_json(json.dump(-1, ' ', false, Json::error_handler_t::replace));
@@ -181,7 +181,8 @@ Status read(const Json& json, Pose& pose) {
   return Error{"a body's pose must be a place and three axes"};
 }
 
-// What a verb needs, into the action's JSON and from it. One for each, where it has anything.
+// Writes and reads the data of a verb in the action's JSON. Each verb with data has its own
+// overloads.
 template <class Verb>
 concept Bare = std::is_empty_v<Verb>;
 void put(const Bare auto&, Json&) {}
@@ -212,7 +213,7 @@ void put(const BodySet& verb, Json& json) { put(verb.properties, json); }
 Status read(const Json& json, BodySet& verb) { return read(json, verb.properties); }
 
 void put(const BodyAdd& verb, Json& json) {
-  json["tool"] = json_of(verb.tool);
+  json["tool"] = tool_json(verb.tool);
   json["material"] = verb.material;
   json["pose"] = pose_to_json(verb.pose);
   put(verb.properties, json);
@@ -225,10 +226,10 @@ Status read(const Json& json, BodyAdd& verb) {
 }
 
 void put(const BodyProtect& verb, Json& json) {
-  json["tool"] = json_of(verb.tool);
+  json["tool"] = tool_json(verb.tool);
   json["operation"] = name_of(verb.operation);
   json["follows"] = verb.follows;
-  json["way_mm"] = places_to_json(verb.way_mm);
+  json["way_mm"] = places_to_json(verb.path_mm);
   put(verb.properties, json);
 }
 Status read(const Json& json, BodyProtect& verb) {
@@ -242,10 +243,10 @@ Status read(const Json& json, BodyProtect& verb) {
   verb.follows = false;  // before version 11
   if (!read_flag(json, "follows", verb.follows))
     return Error{"whether a mask follows its body is true or false"};
-  const Json way = json.value("way_mm", Json());
-  if (!way.is_array() || way.size() > kMaxWayPoints)
-    return Error{"way_mm must be a list of at most " + std::to_string(kMaxWayPoints) + " places"};
-  if (!read_places(way, kMaxWayPoints, verb.way_mm))
+  const Json path_json = json.value("way_mm", Json());
+  if (!path_json.is_array() || path_json.size() > kMaxPathPoints)
+    return Error{"way_mm must be a list of at most " + std::to_string(kMaxPathPoints) + " places"};
+  if (!read_places(path_json, kMaxPathPoints, verb.path_mm))
     return Error{"a place of way_mm must be three numbers"};
   if (Status s = read(json.value("tool", Json()), verb.tool); !s) return s;
   return read(json, verb.properties);
@@ -269,7 +270,7 @@ std::string action_to_json(const BodyAction& action) {
 }
 
 Result<BodyAction> action_from_json(const std::string& text) {
-  const Json json = Json::parse(text, nullptr, false);
+  const Json json = parse_json(text);
   if (!json.is_object()) return Error{"what is done with bodies must be a JSON object"};
   Fields fields{json};
   std::string name;
@@ -292,7 +293,7 @@ Result<BodyAction> action_from_json(const std::string& text) {
   return action;
 }
 
-std::string bodies_to_json(const Bodies& bodies) {
+std::string bodies_to_json(const BodyList& bodies) {
   Json list = Json::array();
   for (const Body& body : bodies.all) {
     list.push_back({{"id", body.id},
@@ -307,11 +308,11 @@ std::string bodies_to_json(const Bodies& bodies) {
                                                             Json::error_handler_t::replace);
 }
 
-Result<Bodies> bodies_from_json(const std::string& text) {
-  const Json json = Json::parse(text, nullptr, false);
+Result<BodyList> bodies_from_json(const std::string& text) {
+  const Json json = parse_json(text);
   const Error none{"its bodies are not as Kibori writes them"};
   if (!json.is_object()) return none;
-  Bodies bodies;
+  BodyList bodies;
   Fields fields{json};
   fields.get("next", bodies.next, 2, kMaxId);
   const Json list = json.value("bodies", Json());

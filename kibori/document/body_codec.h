@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Bodies and what was done with them, as JSON and back: as documents hold it, and the studio's
-// messages. Everything read is checked. docs/documents.md describes the form. Internal: not
-// installed.
+// Converts bodies and the actions on them to JSON and back, for documents and the studio's
+// messages. Everything that is read is checked. docs/documents.md describes the format. Internal:
+// not installed.
 #pragma once
 
 #include <string>
@@ -11,11 +11,12 @@
 
 namespace kibori {
 
+// An action as JSON. Errors: text that is no JSON, or no valid action.
 std::string action_to_json(const BodyAction& action);
 Result<BodyAction> action_from_json(const std::string& text);
 
-// Numbers, names, poses, and flags; the models are kept as tiles.
-std::string bodies_to_json(const Bodies& bodies);
-Result<Bodies> bodies_from_json(const std::string& text);
+// Ids, names, poses, and flags. The models are stored as tiles.
+std::string bodies_to_json(const BodyList& bodies);
+Result<BodyList> bodies_from_json(const std::string& text);
 
 }  // namespace kibori

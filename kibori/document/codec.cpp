@@ -13,6 +13,7 @@
 
 #include <kibori/base/hash.h>
 #include <kibori/document/json_fields.h>
+#include <kibori/haptics/materials.h>
 #include <kibori/motion/reshape_stroke.h>
 
 static_assert(std::endian::native == std::endian::little, "documents are little-endian");
@@ -28,7 +29,7 @@ Bytes compress(const Bytes& raw) {
   thread_local const std::unique_ptr<ZSTD_CCtx, size_t (*)(ZSTD_CCtx*)> context(ZSTD_createCCtx(),
                                                                                 ZSTD_freeCCtx);
   ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, kLevel);
-  // Who unpacks it sees a flipped bit.
+  // The reader detects a flipped bit.
   ZSTD_CCtx_setParameter(context.get(), ZSTD_c_checksumFlag, 1);
   const size_t size =
       ZSTD_compress2(context.get(), packed.data(), packed.size(), raw.data(), raw.size());
@@ -57,7 +58,7 @@ void put(Bytes& to, const T* values, size_t count) {
   if (count) std::memcpy(to.data() + at, values, count * sizeof(T));
 }
 
-// Reads from the front; false where there is too little.
+// Reads from the front. Returns false if too few bytes are left.
 struct Reader {
   const Bytes& bytes;
   size_t at = 0;
@@ -72,10 +73,10 @@ struct Reader {
   bool done() const { return at == bytes.size(); }
 };
 
-// Flags of a tick. Versions before 0.2 neither wrote nor read kEnd: they took every tick of a
-// reshaping stroke that edits nothing for its end, so they still read what is written here.
+// Flags of a tick. Versions before 0.2 neither wrote nor read kEnd. They treated each tick of a
+// reshaping stroke that edits nothing as its end. So they can still read this format.
 constexpr uint8_t kEdits = 1, kSecond = 2, kPut = 4, kEnd = 8, kComputes = 16;
-// The columns of a tick, and of a force.
+// Number of columns of a tick, and of a force.
 constexpr int kColumns = 12, kForceColumns = 6;
 template <class T>
 auto& column(T& row, int i) {
@@ -107,11 +108,14 @@ Json json_of(const StrokeForce& force) {
   const bool series = force.series();
   Json json{{"model", name_of(force.law.model)}};
   if (series) json.update(fields_to_json(force.spring));
-  // Only where they differ from the default, so that older strokes keep their settings' text.
+  // Writes them only if they differ from the default, so that the text of older strokes stays the
+  // same.
   if (!series || force.law.dof != 5) json["dof"] = force.law.dof;
   const double share = series ? force.spring.hand_share : force.law.hand_share;
   if (share != 1) json["hand_share"] = share;
   if (force.law.model == ForceModel::energy) json["start_resists"] = force.law.start_resists;
+  if (force.law.thrust != 0) json["thrust"] = force.law.thrust;
+  if (force.law.version > 1) json["version"] = force.law.version;
   return json;
 }
 
@@ -128,13 +132,18 @@ Status read_force(const Json& json, double rate_hz, StrokeForce& force) {
   if (!force.series() || json.contains("dof")) f.get("dof", force.law.dof, 5, 6);
   if (force.series()) {
     if (Status read = fields_from_json(json, "the force", force.spring); !read) return read;
-    force.law.hand_share = share;  // brushes ask the law for it
+    force.law.hand_share = share;  // brushes read it from the law
     if (!(force.spring.strength_n >= 0)) return Error{"a stroke's strength_n is below 0"};
     force.spring.tick_s = 1 / rate_hz;
   } else {
-    // Strokes of before it was asked have no such key.
+    // Strokes from before this setting have no such key.
     force.law.start_resists = json.value("start_resists", Json(true)) != Json(false);
   }
+  force.law.version = 1;
+  if (json.contains("thrust")) f.get("thrust", force.law.thrust);
+  if (!(force.law.thrust >= 0 && force.law.thrust <= kMaxThrust))
+    return Error{"a stroke's thrust is not from 0 to 3"};
+  if (json.contains("version")) f.get("version", force.law.version, 1, kForceVersion);
   if (!f.wrong.empty()) return Error{"the force " + f.wrong};
   return Ok{};
 }
@@ -183,8 +192,8 @@ Result<Tool> tool_of(const Json& json) {
   return std::move(tool);
 }
 
-// Columns of doubles, each XORed with the one before, as eight planes of bytes from the lowest.
-// at(i, column): double& or double.
+// Columns of doubles. Each value is XORed with the previous one and stored as eight planes of
+// bytes, the lowest first. at(i, column): double& or double.
 template <class At>
 void put_columns(Bytes& raw, size_t count, int columns, At&& at) {
   std::vector<uint64_t> bits(count);
@@ -199,7 +208,7 @@ void put_columns(Bytes& raw, size_t count, int columns, At&& at) {
   }
 }
 
-// False where a number is none.
+// Returns false if a value is not finite.
 template <class At>
 bool take_columns(Reader& reader, size_t count, int columns, At&& at) {
   Bytes plane(count);
@@ -250,8 +259,10 @@ Status read_materials(const Json& json, std::vector<Material>& materials) {
     if (!item.is_object()) return Error{"a material is no JSON object"};
     Material& m = materials.emplace_back();
     if (Status read = fields_from_json(item, "a material", m); !read) return read;
-    if (!(m.u_along >= 0 && m.ring >= 0 && m.ring <= kMaxRing))
-      return Error{"a material's u_along or ring is out of range"};
+    // Documents from before densities were stored.
+    if (const Material* known = known_material(m.name); known && !item.contains("density_kg_m3"))
+      m.density_kg_m3 = known->density_kg_m3;
+    if (const char* fault = fault_of(m)) return Error{fault};
   }
   return Ok{};
 }
@@ -301,12 +312,12 @@ Status read_second(const Json& json, StrokeSettings& s) {
   hand.tool = std::move(read).value();
   hand.mode = *known;
   hand.material = static_cast<uint8_t>(material);
-  if (Status felt = read_force(*force, s.rate_hz, hand.force); !felt) return felt;
+  if (Status computed = read_force(*force, s.rate_hz, hand.force); !computed) return computed;
   s.second = std::move(hand);
   return Ok{};
 }
 
-// A place, and a rotation.
+// True for a finite position with a rotation.
 bool is_pose(const Pose& pose) {
   return pose.tip.allFinite() && pose.frame.allFinite() &&
          (pose.frame * pose.frame.transpose() - Mat3::Identity()).cwiseAbs().maxCoeff() < 1e-6;
@@ -317,7 +328,7 @@ bool is_pose(const Pose& pose) {
 std::string tool_to_json(const Tool& tool) { return json_of(tool).dump(); }
 
 Result<Tool> tool_from_json(const std::string& text) {
-  const Json json = Json::parse(text, nullptr, /*allow_exceptions=*/false);
+  const Json json = parse_json(text);
   if (!json.is_object()) return Error{"a tool is no JSON object"};
   return tool_of(json);
 }
@@ -353,13 +364,13 @@ std::string materials_to_json(const std::vector<Material>& materials) {
 
 Result<std::vector<Material>> materials_from_json(const std::string& text) {
   std::vector<Material> materials;
-  if (const Status read = read_materials(Json::parse(text, nullptr, false), materials); !read)
+  if (const Status read = read_materials(parse_json(text), materials); !read)
     return Error{read.error()};
   return materials;
 }
 
 Result<StrokeSettings> settings_from_json(const std::string& text) {
-  const Json json = Json::parse(text, nullptr, false);
+  const Json json = parse_json(text);
   if (!json.is_object()) return Error{"a stroke's settings are no JSON object"};
   StrokeSettings s;
   Fields fields{json};
@@ -416,7 +427,7 @@ std::string lattice_to_json(const Lattice& lattice) {
 }
 
 Result<Lattice> lattice_from_json(const std::string& text) {
-  const Json json = Json::parse(text, nullptr, false);
+  const Json json = parse_json(text);
   const Error none{"it does not say where its rays are"};
   if (!json.is_object()) return none;
   Lattice lattice;
@@ -433,14 +444,14 @@ Result<Lattice> lattice_from_json(const std::string& text) {
 }
 
 std::string box_to_json(const LatticeBox& box) {
-  // An empty box has infinite corners, which JSON can't tell: a point stands for it, as material
-  // never is one.
+  // JSON cannot represent the infinite corners of an empty box. A point replaces it, because
+  // material never is a point.
   if (box.empty()) return Json{vec(Vec3::Zero()), vec(Vec3::Zero())}.dump();
   return Json{vec(box.units.min), vec(box.units.max)}.dump();
 }
 
 Result<LatticeBox> box_from_json(const std::string& text) {
-  const Json json = Json::parse(text, nullptr, false);
+  const Json json = parse_json(text);
   LatticeBox box;
   if (!json.is_array() || json.size() != 2 || !read_vec(json[0], box.units.min) ||
       !read_vec(json[1], box.units.max))
@@ -455,16 +466,22 @@ int64_t hash_of(const Bytes& bytes) {
   return static_cast<int64_t>(hash.value());
 }
 
+void add_block(Hash& hash, int64_t sequence, int64_t count, const Bytes& data) {
+  hash.add(static_cast<uint64_t>(sequence));
+  hash.add(static_cast<uint64_t>(count));
+  hash.add(data.data(), data.size());
+}
+
 namespace {
 
-// A tick as it is stored: every kind has the columns of a move. A put tick's turn and stretches
-// hold the columns of its frame.
+// A tick as it is stored. Every kind uses the columns of a move. A put tick stores the columns of
+// its frame in the turn and the stretches.
 struct TickRow {
   MoveTick move;
   uint8_t flags = 0;
 };
 
-TickRow row_of(const StrokeTick& tick) {
+TickRow row_of(const RecordedTick& tick) {
   TickRow row;
   if (const auto* const move = std::get_if<MoveTick>(&tick.what)) {
     row.move = *move;
@@ -481,8 +498,8 @@ TickRow row_of(const StrokeTick& tick) {
   return row;
 }
 
-std::optional<StrokeTick> tick_of(TickRow row) {
-  StrokeTick tick;
+std::optional<RecordedTick> tick_of(TickRow row) {
+  RecordedTick tick;
   tick.second = (row.flags & kSecond) != 0;
   if (row.flags & kPut) {
     PutTick put;
@@ -503,7 +520,7 @@ std::optional<StrokeTick> tick_of(TickRow row) {
 
 }  // namespace
 
-Bytes encode_ticks(const StrokeTick* ticks, size_t count) {
+Bytes encode_ticks(const RecordedTick* ticks, size_t count) {
   std::vector<TickRow> rows;
   rows.reserve(count);
   for (size_t i = 0; i < count; i++) rows.push_back(row_of(ticks[i]));
@@ -515,7 +532,7 @@ Bytes encode_ticks(const StrokeTick* ticks, size_t count) {
   return compress(raw);
 }
 
-Result<std::vector<StrokeTick>> decode_ticks(const Bytes& bytes) {
+Result<std::vector<RecordedTick>> decode_ticks(const Bytes& bytes) {
   const Result<Bytes> raw = decompress(bytes, 4 + kMaxTicks * (1 + 8 * kColumns));
   if (!raw) return Error{"a stroke's ticks: the block " + raw.error()};
   Reader reader{raw.value()};
@@ -529,21 +546,21 @@ Result<std::vector<StrokeTick>> decode_ticks(const Bytes& bytes) {
   if (!take_columns(reader, count, kColumns,
                     [&](size_t i, int c) -> double& { return column(rows[i].move, c); }))
     return Error{"a stroke's ticks hold something that is not a number"};
-  std::vector<StrokeTick> ticks;
+  std::vector<RecordedTick> ticks;
   ticks.reserve(count);
   for (const TickRow& row : rows) {
-    const std::optional<StrokeTick> tick = tick_of(row);
+    const std::optional<RecordedTick> tick = tick_of(row);
     if (!tick) return Error{"a stroke's ticks put a tool where it can't be"};
     ticks.push_back(*tick);
   }
   return ticks;
 }
 
-Bytes encode_forces(const Wrench* felt, size_t count) {
+Bytes encode_forces(const Wrench* computed, size_t count) {
   Bytes raw;
   const auto number = static_cast<uint32_t>(count);
   put(raw, &number, 1);
-  put_columns(raw, count, kForceColumns, [&](size_t i, int c) { return column(felt[i], c); });
+  put_columns(raw, count, kForceColumns, [&](size_t i, int c) { return column(computed[i], c); });
   return compress(raw);
 }
 
@@ -554,11 +571,11 @@ Result<std::vector<Wrench>> decode_forces(const Bytes& bytes) {
   uint32_t count = 0;
   if (!reader.take(&count, 1) || raw.value().size() != 4 + size_t{count} * 8 * kForceColumns)
     return Error{"a stroke's forces: the block has not the length it should have"};
-  std::vector<Wrench> felt(count);
+  std::vector<Wrench> computed(count);
   if (!take_columns(reader, count, kForceColumns,
-                    [&](size_t i, int c) -> double& { return column(felt[i], c); }))
+                    [&](size_t i, int c) -> double& { return column(computed[i], c); }))
     return Error{"a stroke's forces hold something that is not a number"};
-  return felt;
+  return computed;
 }
 
 Bytes encode_pose(const Pose& pose) {
@@ -586,7 +603,7 @@ Bytes encode_tile(const Tile& tile) {
   for (const Plane* p = tile.empty ? nullptr : &tile.first; p; p = p->next) planes++;
   put(raw, &planes, 1);
   for (const Plane* p = tile.empty ? nullptr : &tile.first; p; p = p->next) {
-    // What stands in slots without a span does not matter: nothing.
+    // The content of slots without a span has no meaning, so it is cleared.
     Plane clean = *p;
     for (int i = 0; i < kTileRays; i++)
       if (p->empty_at(i)) {
@@ -652,7 +669,7 @@ Status decode_tile(const Bytes& bytes, Field& field, int tu, int tv) {
         ended[j] = true;
         continue;
       }
-      // Sorted, disjoint, in the lattice, on rays that are there.
+      // Sorted, disjoint, inside the lattice, and on rays that exist.
       good = good && !ended[j] && in >= last[j] && out <= deepest &&
              plane->material[j] < kMaxMaterials &&
              tu * kTileSide + j % kTileSide < field.nodes_u() &&

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: MIT
-// What a document holds, as bytes and back: tiles, ticks of a stroke, settings. Everything read is
-// checked, as files are hostile until parsed. docs/documents.md describes the formats. Internal:
-// not installed; the studio sends tools to its pages in the same form.
+// Converts the contents of a document to bytes and back: tiles, ticks of a stroke, settings.
+// Everything that is read is checked, because files are hostile until they are parsed.
+// docs/documents.md describes the formats. Internal: not installed. The studio sends tools to its
+// pages in the same form.
 #pragma once
 
 #include <string>
 #include <vector>
 
 #include <kibori/base/bytes.h>
+#include <kibori/base/hash.h>
+#include <kibori/base/names.h>
 #include <kibori/base/result.h>
 #include <kibori/dexel/tri_dexel.h>
 #include <kibori/haptics/force.h>
@@ -15,41 +18,48 @@
 
 namespace kibori {
 
-// A tool as it stands in settings, and in the studio's messages: {"shape":"ball","radius":3}.
-// Errors: what is no JSON, no tool, or refused by check_tool.
+// A tool as JSON in settings and in the studio's messages: {"shape":"ball","radius":3}. Errors:
+// text that is no JSON, no tool, or a tool that check_tool rejects.
 std::string tool_to_json(const Tool& tool);
 Result<Tool> tool_from_json(const std::string& text);
 
+// A stroke's settings as JSON. Errors: text that is no JSON, or invalid settings.
 std::string settings_to_json(const StrokeSettings& settings);
 Result<StrokeSettings> settings_from_json(const std::string& text);
 
-// Materials as settings have them.
+// Materials in the form of settings.
 std::string materials_to_json(const std::vector<Material>& materials);
 Result<std::vector<Material>> materials_from_json(const std::string& text);
 
-// Where the rays are, and a box; both as JSON.
+// The lattice, and a box, as JSON.
 std::string lattice_to_json(const Lattice& lattice);
 Result<Lattice> lattice_from_json(const std::string& text);
 std::string box_to_json(const LatticeBox& box);
 Result<LatticeBox> box_from_json(const std::string& text);
-// Of a tile's bytes, as it stands in documents.
+// Hash of a tile's bytes, as documents store it.
 int64_t hash_of(const Bytes& bytes);
+// The tables that hold one row for each flush of a stroke, in the order of a seal's hashes.
+enum class BlockTable { tick, force, given };
+constexpr Names<3> names_of(BlockTable) { return {"tick", "force", "given"}; }
+// Adds a row of such a table to the hash of a step's rows.
+void add_block(Hash& hash, int64_t sequence, int64_t count, const Bytes& data);
 
-// zstd over columns: each coordinate's doubles XORed with the one before, byte by byte of
-// significance.
-Bytes encode_ticks(const StrokeTick* ticks, size_t count);
-Result<std::vector<StrokeTick>> decode_ticks(const Bytes& bytes);
+// zstd over columns. The doubles of each coordinate are XORed with the value before, and stored
+// byte by byte of significance.
+Bytes encode_ticks(const RecordedTick* ticks, size_t count);
+Result<std::vector<RecordedTick>> decode_ticks(const Bytes& bytes);
 
-// As ticks.
-Bytes encode_forces(const Wrench* felt, size_t count);
+// The same encoding as for ticks.
+Bytes encode_forces(const Wrench* computed, size_t count);
 Result<std::vector<Wrench>> decode_forces(const Bytes& bytes);
 
+// A pose as bytes. Errors: data of the wrong size, or an invalid pose.
 Bytes encode_pose(const Pose& pose);
 Result<Pose> decode_pose(const Bytes& bytes);
 
-// zstd over planes. Of a tile's storage only the content is kept.
+// zstd over planes. Only the content of a tile is stored, not its memory layout.
 Bytes encode_tile(const Tile& tile);
-// Into an empty place of a field.
+// Into an empty tile of a field.
 Status decode_tile(const Bytes& bytes, Field& field, int tu, int tv);
 
 }  // namespace kibori

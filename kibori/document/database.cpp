@@ -11,8 +11,8 @@ Statement::~Statement() { sqlite3_finalize(statement_); }
 
 namespace {
 
-// Nothing in a document is larger.
-constexpr size_t kMaxBytes = size_t{1} << 30;
+// Maximum size of any value in a document.
+constexpr size_t kMaxValueBytes = size_t{1} << 30;
 
 }  // namespace
 
@@ -57,11 +57,11 @@ Result<bool> Statement::row() {
       return false;
     }
   }
-  // It may quote what the file holds.
-  const std::string said = sanitize_message(sqlite3_errmsg(db_));
+  // The message may quote the file's content.
+  const std::string message = sanitize_message(sqlite3_errmsg(db_));
   sqlite3_reset(statement_);
   failed_ = bound_ = 0;
-  return Error{said};
+  return Error{message};
 }
 
 Status Statement::run() {
@@ -83,7 +83,7 @@ std::string Statement::text(int column) const {
 Bytes Statement::bytes(int column) const {
   const auto* data = static_cast<const uint8_t*>(sqlite3_column_blob(statement_, column));
   const auto size = static_cast<size_t>(sqlite3_column_bytes(statement_, column));
-  return data && size <= kMaxBytes ? Bytes(data, data + size) : Bytes();
+  return data && size <= kMaxValueBytes ? Bytes(data, data + size) : Bytes();
 }
 
 void Database::Close::operator()(sqlite3* db) const { sqlite3_close_v2(db); }
@@ -91,39 +91,26 @@ void Database::Close::operator()(sqlite3* db) const { sqlite3_close_v2(db); }
 Result<Database> Database::open(const std::filesystem::path& path, Access access, const char* vfs) {
   Database database;
   database.name_ = sanitize_message(path.string());
-  // Readers open for writing, too: who only may read can't put away the files beside the database
-  // when it is the last to close it. Where the file can't be written SQLite opens it for reading.
+  // Readers open for writing too. A process that may only read cannot remove the files next to the
+  // database when it is the last to close it. If the file is not writable, SQLite opens it for
+  // reading.
   const int flags = SQLITE_OPEN_READWRITE | (access == Access::create ? SQLITE_OPEN_CREATE : 0);
-  // A name that begins with "file:" would be an address to SQLite.
+  // SQLite treats a name that begins with "file:" as a URI.
   std::error_code none;
   const bool memory = path == ":memory:";
   const std::filesystem::path file = memory ? path : std::filesystem::absolute(path, none);
-  if (!database.connect(file.string(), flags, vfs)) return database.error("can't be opened");
-  if (access != Access::read) return database;
-  if (const Status s = database.run("SELECT 1 FROM sqlite_master; PRAGMA query_only = 1"); s)
-    return database;
-  const bool folder_failed = database.disk_failed();
-  if (!folder_failed) return database;  // what is wrong with it is told by whoever reads it
-  // Nothing can be made beside it: the folder is read-only, or the disk is full. So nobody writes
-  // there, and it is whole as it is; with the end of what was done beside it, a copy of both is.
-  const std::filesystem::path log = file.string() + "-wal";
-  if (std::filesystem::exists(log, none) && std::filesystem::file_size(log, none) > 0) {
-    const auto folder = TemporaryFolder::make();
-    if (!folder) return database;
-    const std::filesystem::path copy = folder.value()->path() / "copy.kibori";
-    if (!std::filesystem::copy_file(file, copy, none) ||
-        !std::filesystem::copy_file(log, copy.string() + "-wal", none))
+  if (access != Access::frozen) {
+    if (!database.connect(file.string(), flags, vfs)) return database.error("can't be opened");
+    if (access != Access::read) return database;
+    if (const Status s = database.run("SELECT 1 FROM sqlite_master; PRAGMA query_only = 1"); s)
       return database;
-    std::filesystem::permissions(copy, std::filesystem::perms::owner_write,
-                                 std::filesystem::perm_options::add, none);
-    std::filesystem::permissions(copy.string() + "-wal", std::filesystem::perms::owner_write,
-                                 std::filesystem::perm_options::add, none);
-    database.db_.reset();
-    database.copied_ = folder.value();
-    if (!database.connect(copy.string(), SQLITE_OPEN_READWRITE, vfs))
-      return database.error("can't be opened");
-    static_cast<void>(database.run("PRAGMA query_only = 1"));
-    return database;
+    // No file can be created next to the database: the folder is read-only, or the disk is full.
+    // Therefore, nobody writes there, and the database does not change. The caller reports other
+    // problems, and reads a log from a copy.
+    const std::filesystem::path log = file.string() + "-wal";
+    if (!database.disk_failed() ||
+        (std::filesystem::exists(log, none) && std::filesystem::file_size(log, none) > 0))
+      return database;
   }
   std::string uri = "file:";
   for (const char c : file.string()) {
@@ -143,12 +130,12 @@ bool Database::connect(const std::string& name, int flags, const char* vfs) {
   db_.reset(db);
   if (code != SQLITE_OK) return false;
   sqlite3_busy_timeout(db, 5000);
-  // Files are hostile until parsed.
+  // Files are hostile until they are parsed.
   sqlite3_db_config(db, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
   sqlite3_db_config(db, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
   sqlite3_db_config(db, SQLITE_DBCONFIG_ENABLE_TRIGGER, 0, nullptr);
   sqlite3_db_config(db, SQLITE_DBCONFIG_ENABLE_VIEW, 0, nullptr);
-  sqlite3_limit(db, SQLITE_LIMIT_LENGTH, static_cast<int>(kMaxBytes));
+  sqlite3_limit(db, SQLITE_LIMIT_LENGTH, static_cast<int>(kMaxValueBytes));
   return true;
 }
 
@@ -182,6 +169,14 @@ Result<Statement> Database::prepare(const char* sql) {
 
 bool Database::read_only() const { return sqlite3_db_readonly(db_.get(), "main") == 1; }
 
+bool Database::read_bytes(uint64_t at, void* bytes, size_t count) {
+  sqlite3_file* file = nullptr;
+  return sqlite3_file_control(db_.get(), "main", SQLITE_FCNTL_FILE_POINTER, &file) == SQLITE_OK &&
+         file && file->pMethods &&
+         file->pMethods->xRead(file, bytes, static_cast<int>(count),
+                               static_cast<sqlite3_int64>(at)) == SQLITE_OK;
+}
+
 void Database::keep_log() {
   sqlite3_db_config(db_.get(), SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr);
 }
@@ -197,6 +192,10 @@ bool Database::disk_failed() const {
     default:
       return false;
   }
+}
+bool Database::is_malformed() const {
+  const int code = sqlite3_errcode(db_.get()) & 0xff;
+  return code == SQLITE_CORRUPT || code == SQLITE_NOTADB;
 }
 int64_t Database::last_row() const { return sqlite3_last_insert_rowid(db_.get()); }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// SQLite with errors as values: as much of it as a document needs. Internal to `document`.
+// SQLite with errors as values, reduced to what a document needs. Internal to `document`.
 #pragma once
 
 #include <cstdint>
@@ -18,8 +18,8 @@ struct sqlite3_stmt;
 
 namespace kibori {
 
-// A prepared statement: bind in order, step through rows, read columns in order. Reset by its first
-// bind after a step.
+// A prepared statement. Bind in order, step through rows, read columns in order. The first bind
+// after a step resets it.
 class Statement {
  public:
   Statement() = default;
@@ -36,11 +36,12 @@ class Statement {
   Statement& bind(std::string_view text);
   Statement& bind(const Bytes& bytes);
   Statement& bind_null();
-  // The next row: true; no more: false, and the statement is ready for the next bindings.
+  // Steps to the next row and returns true. Returns false if there is none; then the statement is
+  // ready for new bindings.
   Result<bool> row();
   // For statements without rows.
   Status run();
-  // Calls f() at every row; what it says ends it.
+  // Calls f() for every row. An error of f ends the loop and is returned.
   template <class F>
   Status for_rows(F&& f) {
     for (;;) {
@@ -58,7 +59,7 @@ class Statement {
   bool null(int column) const;
 
  private:
-  int next();  // the place of the next binding
+  int next();  // the index of the next binding
   void swap(Statement& other) noexcept {
     std::swap(db_, other.db_);
     std::swap(statement_, other.statement_);
@@ -71,28 +72,42 @@ class Statement {
   int failed_ = 0;  // the first error of a bind
 };
 
+// A connection to a database file, or a database in memory. For one thread.
 class Database {
  public:
-  enum class Access { create, write, read };
-  // `vfs`: of a registered SQLite file system, for tests. Errors name the file.
+  // `frozen`: for reading a file that does not change; its log is ignored, and nothing is made next
+  // to it.
+  enum class Access { create, write, read, frozen };
+  // `vfs` names a registered SQLite file system, for tests. Errors name the file.
   static Result<Database> open(const std::filesystem::path& path, Access access,
                                const char* vfs = nullptr);
 
-  // A database in memory with all that another one holds.
+  // A database in memory with a copy of another one's contents.
   static Result<Database> in_memory(const Database& from);
-  // Makes all of this one as `from` is, or leaves it as it was.
+  // Replaces the contents by those of `from`, or leaves them unchanged on failure.
   Status become(const Database& from);
 
-  // One or several statements without results.
+  // Runs one or several statements without results.
   Status run(const char* sql);
   Result<Statement> prepare(const char* sql);
   int64_t last_row() const;
-  // The log stays where it is when this is the last to close it.
+  // For a copy: the name in errors, and the folder that is removed with this connection.
+  void stands_for(const std::string& name, std::shared_ptr<TemporaryFolder> folder) {
+    name_ = name;
+    copied_ = std::move(folder);
+  }
+  // Reads bytes of the file as they are stored. Uses SQLite's descriptor, because closing another
+  // one of this process would drop SQLite's locks. Returns false if the file is shorter, or on
+  // failure.
+  bool read_bytes(uint64_t at, void* bytes, size_t count);
+  // Keeps the log file when this connection is the last to close it.
   void keep_log();
-  // Whether the file was opened for reading only, as it can't be written.
+  // True if the file was opened for reading only, because it is not writable.
   bool read_only() const;
-  // Whether what failed last failed for the disk: full, gone, not to be written.
+  // True if the last failure was caused by the disk: full, missing, or not writable.
   bool disk_failed() const;
+  // True if the last failure was caused by the file's content.
+  bool is_malformed() const;
   // The last error, as a sentence that names the file.
   Error error(const std::string& doing) const;
   const std::string& name() const { return name_; }
@@ -102,7 +117,7 @@ class Database {
   struct Close {
     void operator()(sqlite3* db) const;
   };
-  // In which the file is that is read; none: where it belongs.
+  // The folder of the copy that is read; null: the original file is read.
   std::shared_ptr<TemporaryFolder> copied_;
   std::unique_ptr<sqlite3, Close> db_;
   std::string name_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The tree of steps: strokes into it, and back and forth in it.
+// The tree of steps of a document: adding strokes, and moving in the history.
 #include <kibori/base/file.h>
 #include <kibori/base/hash.h>
 #include <kibori/document/body_codec.h>
@@ -12,14 +12,19 @@
 namespace kibori {
 namespace {
 
-// So long a flush keeps tiles, so that ticks never wait long behind them.
+// Maximum time that a flush spends on tiles, so that ticks never wait long.
 constexpr auto kTilesAtOnce = std::chrono::milliseconds(10);
 constexpr size_t kTicksABlock = 65536;
-// States held in memory, and the memory that the model then may take; those not visited for longest
-// go first, and are made again from the file when asked for.
-constexpr size_t kMinStates = 64, kMaxStates = 2048, kMaxBytes = size_t{512} << 20;
+// Number of states in memory, and the memory that the model may then use. The states that were not
+// visited for the longest time are dropped first. They are rebuilt from the file on request.
+constexpr size_t kMinStates = 64, kMaxStates = 2048, kMaxStateBytes = size_t{256} << 20;
 
 }  // namespace
+
+Error Document::failed(const std::string& doing, const std::string& reason) const {
+  return wrong((storage_->database.is_malformed() ? "is a damaged document: " : "") + doing +
+               " failed: " + reason);
+}
 
 Result<std::vector<StepId>> Document::path_to(StepId step) const {
   std::vector<StepId> path;
@@ -31,7 +36,12 @@ Result<std::vector<StepId>> Document::path_to(StepId step) const {
 }
 
 Result<StepId> Document::find(const std::string& name) const {
-  if (const auto found = versions_.find(name); found != versions_.end()) return found->second;
+  if (const auto found = versions_.find(name); found != versions_.end()) {
+    if (!versions_changed_) return found->second;
+    return wrong(
+        "is a damaged document: the versions are not those that were named; name a step by "
+        "its number");
+  }
   char* end = nullptr;
   const long long id = std::strtoll(name.c_str(), &end, 10);
   if (!name.empty() && *end == 0 && steps_.count(id)) return StepId{id};
@@ -62,14 +72,8 @@ Status Document::name_version(const std::string& name, StepId step) {
   return kept;
 }
 
-Status Document::write_head(StepId step) {
-  Result<Statement> put =
-      storage_->database.prepare("UPDATE meta SET value = ? WHERE key = 'head'");
-  return put ? put.value().bind(step).run() : Status(Error{put.error()});
-}
-
 Status Document::set_head(StepId step) {
-  // Who only reads goes where it wants for itself.
+  // A reader moves its own head only.
   if (writes_)
     if (Status s = commit("moving in the history", [&] { return write_head(step); }); !s) return s;
   head_ = step;
@@ -77,15 +81,15 @@ Status Document::set_head(StepId step) {
   return Ok{};
 }
 
-void Document::remember(StepId step, const Bodies& state) {
-  // Of another model.
+void Document::remember(StepId step, const BodyList& state) {
+  // The state belongs to another model.
   const Snapshot& model = state.all.front().model;
   if (!states_.empty() && !states_.begin()->second.all.front().model.of_same_model(model)) return;
   states_[step] = state;
   std::erase(visited_, step);
   visited_.push_back(step);
   while (visited_.size() > kMaxStates ||
-         (visited_.size() > kMinStates && model.memory_bytes() > kMaxBytes)) {
+         (visited_.size() > kMinStates && model.memory_bytes() > kMaxStateBytes)) {
     const auto oldest = states_.find(visited_.front());
     for (Body& body : oldest->second.all) body.model.drop_shared();
     states_.erase(oldest);
@@ -95,14 +99,15 @@ void Document::remember(StepId step, const Bodies& state) {
 
 // ---- History
 
-Result<Bodies> Document::rebuild(TriDexel& work, StepId step,
-                                 const std::function<void(StepId, const Bodies&)>& remember) const {
+Result<BodyList> Document::rebuild(
+    TriDexel& work, StepId step,
+    const std::function<void(StepId, const BodyList&)>& remember) const {
   std::vector<StepId> done_again;
   StepId begin = step;
   for (; !state_of(begin) && !is_checkpoint(begin); begin = steps_.at(begin).parent)
     done_again.push_back(begin);
-  Result<Bodies> found =
-      state_of(begin) ? Result<Bodies>(*state_of(begin)) : go_by_tiles(work, begin);
+  Result<BodyList> found =
+      state_of(begin) ? Result<BodyList>(*state_of(begin)) : go_by_tiles(work, begin);
   if (!found) return found;
   take_model(work, found.value(), active_at(begin));
   Workbench bench(work, std::move(found).value(), active_at(begin));
@@ -118,11 +123,13 @@ Result<Bodies> Document::rebuild(TriDexel& work, StepId step,
 }
 
 Result<std::unique_ptr<TriDexel>> Document::load() {
+  if (const std::string fault = row_fault(head_); !fault.empty())
+    return wrong("is a damaged document: " + fault);
   states_.clear();
   visited_.clear();
   tiles_.clear();
   auto model = std::make_unique<TriDexel>(lattice_);
-  const Result<Bodies> made = rebuild(*model, head_, [&](StepId at, const Bodies& state) {
+  const Result<BodyList> made = rebuild(*model, head_, [&](StepId at, const BodyList& state) {
     remember(at, state);
     wait_for_tiles(at, state);
   });
@@ -136,12 +143,12 @@ Result<Document::Checkout> Document::checkout(StepId step) const {
   Checkout to;
   to.step = step;
   to.active = step == head_ ? active_ : active_at(step);
-  if (const Bodies* const known = state_of(step)) {
+  if (const BodyList* const known = state_of(step)) {
     to.bodies = to.states[step] = *known;
   } else {
     if (states_.empty()) return wrong("no model of it is worked on");
-    TriDexel beside(states_.begin()->second.all.front().model, material_bounds_);
-    Result<Bodies> made = rebuild(beside, step, [&](StepId at, const Bodies& state) {
+    TriDexel scratch(states_.begin()->second.all.front().model, material_bounds_);
+    Result<BodyList> made = rebuild(scratch, step, [&](StepId at, const BodyList& state) {
       to.states[at] = state;
       if (to.states.size() > kMaxStates) {
         for (Body& body : to.states.begin()->second.all) body.model.drop_shared();
@@ -163,22 +170,50 @@ Status Document::commit_checkout(const Checkout& to) {
   active_ = to.active;
   material_bounds_.include(to.material_bounds);
   for (const auto& [step, state] : to.states) remember(step, state);
-  // All the way back, so that redo comes the same way.
-  std::vector<StepId> way;
+  // Marks the whole path, so that redo returns along it.
+  std::vector<StepId> path;
   StepId at = from;
-  for (; at > to.step; at = steps_[at].parent) way.push_back(at);
+  for (; at > to.step; at = steps_[at].parent) path.push_back(at);
   if (at == to.step)
-    for (const StepId step : way) last_child_[steps_[step].parent] = step;
+    for (const StepId step : path) last_child_[steps_[step].parent] = step;
   return Ok{};
 }
 
-Result<std::unique_ptr<TriDexel>> Document::load_at(StepId step) const {
+std::string Document::path_fault(StepId step) const {
+  for (auto at = steps_.find(step); at != steps_.end(); at = steps_.find(at->second.parent))
+    if (const auto broken = broken_.find(at->first); broken != broken_.end()) return broken->second;
+  return {};
+}
+
+std::string Document::row_fault(StepId step) const {
+  return step == head_ && head_lost_ ? damage() : path_fault(step);
+}
+
+Status Document::check_rows(StepId step) const {
+  const std::string fault = row_fault(step);
+  if (fault.empty()) return Ok{};
+  return wrong("is a damaged document: " + fault + "; 'kibori history " + name() +
+               " --salvage NEW.kibori' saves what is whole");
+}
+
+Result<std::unique_ptr<TriDexel>> Document::load_stock() const {
   auto model = std::make_unique<TriDexel>(lattice_);
-  if (const Result<Bodies> made = make_state(*model, step); !made) return Error{made.error()};
+  if (const Result<BodyList> made = make_state(*model, steps_.begin()->first); !made)
+    return Error{made.error()};
   return model;
 }
 
-Result<Bodies> Document::load_bodies(StepId step) const {
+Result<std::unique_ptr<TriDexel>> Document::load_at(StepId step) const {
+  if (const std::string fault = row_fault(step); !fault.empty())
+    return wrong("is a damaged document: " + fault);
+  auto model = std::make_unique<TriDexel>(lattice_);
+  if (const Result<BodyList> made = make_state(*model, step); !made) return Error{made.error()};
+  return model;
+}
+
+Result<BodyList> Document::load_bodies(StepId step) const {
+  if (const std::string fault = row_fault(step); !fault.empty())
+    return wrong("is a damaged document: " + fault);
   TriDexel work(lattice_);
   return make_state(work, step);
 }
@@ -190,8 +225,8 @@ Status Document::go(TriDexel& model, StepId step) {
   Checkout to;
   to.step = step;
   to.active = active_at(step);
-  const Result<Bodies> made =
-      rebuild(model, step, [&](StepId at, const Bodies& state) { to.states[at] = state; });
+  const Result<BodyList> made =
+      rebuild(model, step, [&](StepId at, const BodyList& state) { to.states[at] = state; });
   to.material_bounds = model.material_bounds();
   Status done = made ? commit_checkout(to) : Status(Error{made.error()});
   if (!done) model.restore(before);
@@ -239,7 +274,7 @@ Status Document::begin(const StrokeSettings& settings, const Pose& start,
   });
   if (const Status fine = check_modes(settings.mode, settings.second_mode(), protects); !fine)
     return wrong(fine.error());
-  // What could not be read again is not written.
+  // Data that cannot be read back is not written.
   const std::string json = settings_to_json(settings);
   if (const auto pose = decode_pose(encode_pose(start)); !pose)
     return wrong("keeping a stroke: " + pose.error());
@@ -280,7 +315,7 @@ Status Document::begin(const StrokeSettings& settings, const Pose& start,
 
 Status Document::write_ticks(int64_t& sequence) {
   sequence = open_sequence_;
-  for (const StrokeTick& tick : waiting_)
+  for (const RecordedTick& tick : waiting_)
     if (!is_finite(tick)) return Error{"a tick of the stroke has a number that is not finite"};
   Result<Statement> tick = storage_->database.prepare("INSERT INTO tick VALUES (?, ?, ?, ?)");
   if (!tick) return Error{tick.error()};
@@ -305,7 +340,7 @@ Status Document::write_ticks(int64_t& sequence) {
   if (open_sequence_ == 0) return Ok{};
   for (const WaitingForces* const forces : {&forces_, &given_}) {
     if (forces->all) continue;
-    // Some were felt, and others not.
+    // Some ticks have a force and others do not.
     const std::string sql = std::string("DELETE FROM ") + forces->table + " WHERE step = ?";
     Result<Statement> drop = storage_->database.prepare(sql.c_str());
     if (!drop) return Error{drop.error()};
@@ -339,10 +374,10 @@ Status Document::finish(const Snapshot& now, const LatticeBox& material_bounds, 
                         const std::vector<Portion>& severed) {
   if (open_step_ == 0) return wrong("no stroke is being made");
   Step step = steps_[open_step_];
-  const Bodies& listed = bodies_at(head_);
-  const Bodies* const state = state_of(head_);
+  const BodyList& listed = bodies_at(head_);
+  const BodyList* const state = state_of(head_);
   if (!state && listed.all.size() > 1) return wrong("no model of it is worked on");
-  Bodies after = state ? *state : listed;
+  BodyList after = state ? *state : listed;
   Body& worked_on = *after.find(step.body);
   worked_on.model = now;
   worked_on.material_bounds = material_bounds;
@@ -382,7 +417,7 @@ Status Document::finish(const Snapshot& now, const LatticeBox& material_bounds, 
   return Ok{};
 }
 
-void Document::list(StepId step, Bodies bodies) {
+void Document::list(StepId step, BodyList bodies) {
   for (Body& body : bodies.all) {
     body.model = Snapshot();
     body.material_bounds = LatticeBox();
@@ -390,7 +425,7 @@ void Document::list(StepId step, Bodies bodies) {
   lists_[step] = std::move(bodies);
 }
 
-Status Document::write_bodies(StepId step, const Bodies& bodies) {
+Status Document::write_bodies(StepId step, const BodyList& bodies) {
   Result<Statement> put = storage_->database.prepare("INSERT OR REPLACE INTO bodies VALUES (?, ?)");
   return put ? put.value().bind(step).bind(bodies_to_json(bodies)).run()
              : Status(Error{put.error()});
@@ -399,9 +434,9 @@ Status Document::write_bodies(StepId step, const Bodies& bodies) {
 Result<BodyChange> Document::act(const BodyAction& action, int threads) {
   if (!writes_) return wrong("is open for reading only");
   if (open_step_ != 0) return wrong("a stroke is being made; finish or cancel it first");
-  const Bodies* const before = state_of(head_);
+  const BodyList* const before = state_of(head_);
   if (!before) return wrong("no model of it is worked on");
-  Bodies after = *before;
+  BodyList after = *before;
   Result<BodyChange> change = apply(after, action, threads);
   if (!change) return change;
   const std::string json = action_to_json(action);

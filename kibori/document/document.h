@@ -1,23 +1,25 @@
 // SPDX-License-Identifier: MIT
-// One file: the stock, every stroke as the tool's own path, everything done with bodies, the tree
-// of all that, and the models' state at some of its steps. SQLite, so that anyone can read it
-// (docs/documents.md has the tables).
+// A document is one file. It holds the stock, every stroke as the path of the tool, every action on
+// bodies, and the tree of these steps. It also holds the models' state at some steps. It is an
+// SQLite file, so anyone can read it. docs/documents.md describes the tables.
 //
-//   stock ── stroke ── stroke ── stroke*   every step knows the one before it
-//                 └─── stroke ── stroke    going back and doing otherwise keeps the other
+//   stock ── stroke ── stroke ── stroke*   every step knows its parent
+//                 └─── stroke ── stroke    a new step after undo keeps the old branch
 //
-// Every step keeps the tiles that it changed, soon after it is finished: so going from one to
-// another reads just what is different there. A step without any (its process ended, an older
-// Kibori made it) is the nearest one before it that has some, and the strokes from there carved
-// again: the same bytes, as a recorded path leaves them. States that were visited stay in memory,
-// where they share what they have in common.
+// Soon after a step ends, the document stores the tiles that the step changed. Therefore, a move
+// from one step to another only reads the differences. Some steps have no tiles, because their
+// process ended or an older Kibori made them. Their state is rebuilt from the nearest earlier step
+// with tiles: its strokes are carved again, with the same bytes as result. States that were visited
+// stay in memory and share what they have in common.
 //
-// What is added reaches the file at every flush(): a process that is killed then leaves an exact
-// prefix. Where the file can't be written any more (a full disk), the document goes on in memory
-// and says so; it can be saved again or elsewhere. A document belongs to one thread; one process
-// writes a file, any number may read it meanwhile, as it was when they opened it.
+// Every flush() writes new data to the file. If the process is killed, the file holds an exact
+// prefix. If the file is no longer writable (a full disk), the document continues in memory and
+// reports it. It can then be saved again or elsewhere. A document belongs to one thread. One
+// process writes a file. Any number may read it at the same time, in the state in which they opened
+// it.
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <deque>
 #include <filesystem>
@@ -41,123 +43,142 @@ namespace kibori {
 
 using StepId = int64_t;
 
+class Database;
 struct DocumentStorage;
+enum class BlockTable;
 
+// A step of the history: the stock, a stroke, or an action on bodies.
 struct Step {
   StepId id = 0, parent = 0;  // the stock has no parent: 0
   bool stock = false;
-  bool action = false;   // with bodies (BodyAction); else, and but for the stock, a stroke
-  BodyId body = 1;       // that a stroke worked on
-  bool finished = true;  // else it was being made when its process ended
+  bool action = false;   // on bodies (BodyAction); false for a stroke or the stock
+  BodyId body = 1;       // the body that a stroke worked on
+  bool finished = true;  // false: its process ended during the stroke
   std::string label;
   int64_t ticks = 0;
   double removed_mm3 = 0;  // negative: added
   uint64_t hash = 0;       // of all models after it: see Bodies
-  int64_t made_s = 0;      // when it was begun [s since 1970]; 0: not known
-  // Strokes with the same number have the same settings(); 0: the stock has none.
+  int64_t made_s = 0;      // time of its start [s since 1970]; 0: unknown
+  // Strokes with the same number have the same settings(). The stock has none: 0.
   int64_t setting = 0;
-  bool pictured = false;  // there is a thumbnail of it
+  bool pictured = false;  // a thumbnail exists
 };
 
-// A tick that was played again; of the second hand if recorded->second.
+// A tick of a replay. It is of the second hand if recorded->second.
 struct ReplayedTick {
   StepId step = 0;
-  const StrokeTick* recorded = nullptr;
-  ToolTick result;  // wrench: by the stroke's own force model, or the one asked for
-  // What of which material a cut took, or a deposit put down, images included; else null.
+  const RecordedTick* recorded = nullptr;
+  ToolTick result;  // wrench: by the stroke's own force model, or by the requested one
+  // The volume that a cut removed or a deposit added, by material, including images; otherwise
+  // null.
   const Removed* removed = nullptr;
-  double time_s = 0;  // since the stroke's beginning
+  double time_s = 0;  // since the start of the stroke
 };
 
 class Document {
  public:
   enum class Access { write, read };
 
-  // A new file; one that is there already is refused. `stock` says how the stock can be made again
-  // (JSON); `source` is the file it came from, if any. Errors: the path, or another process writes
-  // it.
+  // Creates a new file; an existing file is an error. `stock` describes how to make the stock again
+  // (JSON). `source` is the content of the file it came from, if any. Errors: an invalid path, or
+  // another process writes the file.
   static Result<std::unique_ptr<Document>> create(const std::filesystem::path& path,
                                                   const TriDexel& model, const std::string& stock,
                                                   const Bytes& source = {},
                                                   const char* vfs = nullptr);
-  // Errors: no document, one of a newer version, damage, or another process writes it (open it for
-  // reading then). A stroke that was being made when its process ended is kept as far as it came.
+  // Errors: no document, a newer version, or damage that leaves nothing to read. Also a -wal file
+  // next to it that belongs to another document. For writing also: any damage of its rows (see
+  // damage()), or another process writes it. If a process ended during a stroke, the stroke is kept
+  // up to that point. A document that is open for reading changes no file.
   static Result<std::unique_ptr<Document>> open(const std::filesystem::path& path, Access access,
                                                 const char* vfs = nullptr);
   ~Document();
 
   const std::string& name() const;
-  // Why the file holds only the beginning, and all the rest is in memory; empty if all is well.
+  // The reason why the file holds only the beginning, and memory the rest. Empty if the file is
+  // complete.
   const std::string& unsaved() const { return unsaved_; }
-  // What may be missing of it, as a sentence: whoever wrote it did not close it, and the log that
-  // then stands beside it, with the last steps, is not there. Empty if all is well.
+  // A sentence about what may be missing: the writer did not close the document, and the log with
+  // its last steps is not next to it. Empty if nothing is missing.
   const std::string& missing() const { return missing_; }
-  // Into the file again. Errors: it still can't be written; nothing has changed.
+  // A sentence about the first row of steps, bodies, settings or versions that is damaged. It was
+  // missing, or not what was written, when the document was opened. Empty if there is none.
+  std::string damage() const { return damage_.empty() ? std::string() : damage_.front(); }
+  // Ok if the rows of all steps on the path to `step` are what was written. load, load_at and
+  // load_bodies check it. For the head also: it is the step that was written.
+  Status check_rows(StepId step) const;
+  // Tries to write everything into the file again. Errors: the file is still not writable; nothing
+  // has changed.
   Status save_again();
-  // All of it into a new file, where the document then goes on. Errors: as of save_copy; nothing
+  // Moves the whole document into a new file, where it continues. Errors: see save_copy; nothing
   // has changed.
   Status move_to(const std::filesystem::path& path);
   const Lattice& lattice() const { return lattice_; }
-  // As given to create().
+  // As passed to create().
   Result<std::string> stock() const;
   Result<Bytes> source() const;
 
   // The tree.
   const std::map<StepId, Step>& steps() const { return steps_; }
   StepId head() const { return head_; }
-  // From the stock to `step`, both included. Errors: no such step.
+  // The head in the file. It differs from head() if that step is missing or unfinished, or after
+  // view_step().
+  StepId head_in_file() const { return head_in_file_; }
+  // The path from the stock to `step`, both included. Errors: no such step.
   Result<std::vector<StepId>> path_to(StepId step) const;
   const std::map<std::string, StepId>& versions() const { return versions_; }
-  // A step by number or version's name. Errors: neither.
+  // Finds a step by number or by version name. Errors: neither exists.
   Result<StepId> find(const std::string& name) const;
   Status name_version(const std::string& name, StepId step);
 
-  // Which bodies there are at a step; without their models.
-  const Bodies& bodies_at(StepId step) const;
-  // All at the head, with their models; null where no model is worked on (load).
-  const Bodies* worked_on() const { return state_of(head_); }
-  // The one that strokes go to: that of the head's stroke, unless it was chosen.
+  // The bodies at a step, without their models.
+  const BodyList& bodies_at(StepId step) const;
+  // All bodies at the head, with their models; null if no model was loaded (load).
+  const BodyList* worked_on() const { return state_of(head_); }
+  // The body that strokes act on: that of the head's stroke, unless choose() was called.
   BodyId active() const { return active_; }
-  // Errors: the head has no such body. The caller's model goes there by checkout(head()).
+  // Errors: the head has no such body. The caller's model then needs checkout(head()).
   Status choose(BodyId body);
 
-  // The active body's model at the head; what go, undo and redo work on from then on.
+  // The active body's model at the head. After this call, go, undo and redo work on it.
   Result<std::unique_ptr<TriDexel>> load();
-  // A model of any step's active body; the document goes on at its head. Errors, here and of load,
-  // go, undo and redo: what the file holds is not what was written there, by its hash; no model is
-  // made of that.
+  // A model of the active body of any step. The head does not change. Errors of this and of load,
+  // go, undo and redo: the stored data does not match its hash. No model is made of such data.
   Result<std::unique_ptr<TriDexel>> load_at(StepId step) const;
   // All bodies at any step, with their models.
-  Result<Bodies> load_bodies(StepId step) const;
-  // The last step on the way to the head that is what was written. Error: not even the stock is.
+  Result<BodyList> load_bodies(StepId step) const;
+  // The model of the stock, even if its row is not what was written. For salvage.
+  Result<std::unique_ptr<TriDexel>> load_stock() const;
+  // The last step on the path to the head whose rows and data are what was written. Error: not even
+  // the stock does.
   Result<StepId> last_whole() const;
-  // Of a document that is only read: it is as if its head were there.
-  Status stand_at(StepId step);
-  // Makes `model` (from load() or given to create()) that of another step, which becomes the head.
-  // Errors leave it as it was.
+  // For a document that is open for reading: sets the head for this object only.
+  Status view_step(StepId step);
+  // Changes `model` (from load(), or passed to create()) to the state of another step, which
+  // becomes the head. An error leaves it unchanged.
   Status go(TriDexel& model, StepId step);
   Status undo(TriDexel& model);
   Status redo(TriDexel& model);
-  // Where undo and redo go: redo to the step last gone back from, or else the newest that follows.
-  // Errors: nothing is there.
+  // The targets of undo and redo. Redo goes to the step that was left last by undo, otherwise to
+  // the newest child. Errors: there is none.
   Result<StepId> before_head() const;
   Result<StepId> after_head() const;
 
-  // For a model (from load() or given to create()) that is on another thread: what to restore
-  // there, and the box its material is in; commit_checkout() once that is done. Where it can't be
-  // written, it can be tried again.
+  // For a model (from load(), or passed to create()) that another thread owns. Contains the state
+  // to restore there, and the box of its material. Call commit_checkout() after the restore. If the
+  // write fails, the call can be repeated.
   struct Checkout {
     StepId step = 0;
-    Bodies bodies;
+    BodyList bodies;
     BodyId active = 1;
-    Snapshot state;  // of the active one
+    Snapshot state;  // of the active body
     LatticeBox material_bounds;
-    std::map<StepId, Bodies> states;  // come upon on the way
+    std::map<StepId, BodyList> states;  // states found on the path
 
     Checkout() = default;
     Checkout(Checkout&&) = default;
     Checkout& operator=(Checkout&&) = default;
-    // What was made beside the model goes back there.
+    // Returns memory that is shared with the model.
     ~Checkout() {
       state.drop_shared();
       drop(bodies);
@@ -165,116 +186,150 @@ class Document {
     }
 
    private:
-    static void drop(Bodies& made) {
+    static void drop(BodyList& made) {
       for (Body& body : made.all) body.model.drop_shared();
     }
   };
   Result<Checkout> checkout(StepId step) const;
   Status commit_checkout(const Checkout& to);
 
-  // What is done with bodies becomes a step, from the head on; the caller's model then goes to the
-  // head by checkout(head()). Errors: as of apply(), or it can't be written; nothing has changed.
+  // Applies an action on bodies as a step after the head. The caller's model then needs
+  // checkout(head()). Errors: see apply(), or the write failed; nothing has changed.
   Result<BodyChange> act(const BodyAction& action, int threads = 1);
 
-  // What was done with bodies on the way to the head is done otherwise: beside that step there is a
-  // new one, and what followed it on that way follows this one, done again. The old steps stay
-  // where they are. The caller's model then goes to the head by checkout(head()). Errors: that step
-  // is not on the way, or is a stroke; those of act(); something that followed can't be done any
-  // more. Then the head is where it was.
+  // Repeats an action on the path to the head with other data. It adds a new step next to the old
+  // one, and repeats the steps that followed after it. The old steps stay. The caller's model then
+  // needs checkout(head()). Errors: the step is not on the path, or is a stroke; errors of act(); a
+  // step that followed can no longer be done. An error leaves the head unchanged.
   Status revise(StepId step, const BodyAction& action, int threads = 1);
 
   // A small picture of a step (PNG); empty if there is none.
   Status set_thumbnail(StepId step, const Bytes& png);
   Result<Bytes> thumbnail(StepId step) const;
 
-  // A stroke from the head on. Ticks are kept until flush(), which is worth calling every 50 ms.
-  // Errors, here and of flush and finish: neither file nor memory can be written; nothing is
-  // dropped, and it can be tried again.
+  // Begins a stroke after the head. Ticks wait in memory until flush(); call it about every 50 ms.
+  // Errors of this and of flush and finish: neither the file nor memory is writable. Nothing is
+  // lost, and the call can be repeated.
   Status begin(const StrokeSettings& settings, const Pose& start, const std::string& label = {});
-  // `felt`: by the stroke's own force model; `given`: what the hand's device was given, within what
-  // is safe. Each is kept too where every tick of the stroke has one.
-  void add(const StrokeTick& tick, const Wrench* felt = nullptr, const Wrench* given = nullptr) {
+  // `computed` is the force by the stroke's own force model. `given` is what the hand's device
+  // received from the safety stage. The document stores each of them if every tick of the stroke
+  // has one.
+  void add(const RecordedTick& tick, const Wrench* computed = nullptr,
+           const Wrench* given = nullptr) {
     waiting_.push_back(tick);
-    forces_.add(felt);
+    forces_.add(computed);
     given_.add(given);
   }
   bool in_stroke() const { return open_step_ != 0; }
   Status flush();
-  // `model`: of the stroke's body, as the stroke left it, without what it severed; `severed`: what
-  // of that are bodies now (take_crumbs). The stroke becomes the head.
+  // Ends the stroke, which becomes the head. `model` is the model of the stroke's body, without
+  // what the stroke severed. `severed` lists the severed pieces that become bodies (take_crumbs).
   Status finish(const TriDexel& model, double removed_mm3,
                 const std::vector<Portion>& severed = {}) {
     return finish(model.snapshot(), model.material_bounds(), removed_mm3, severed);
   }
   Status finish(const Snapshot& now, const LatticeBox& material_bounds, double removed_mm3,
                 const std::vector<Portion>& severed = {});
-  // The stroke is as if it had not been; the caller's model goes back to the head's state (go,
-  // restore).
+  // Removes the stroke. The caller must restore the model to the head's state (go, restore).
   Status cancel();
 
-  // All of it, packed, into a new file, whole or not at all: another place when this one fails, or
-  // a copy. This document goes on where it is. Errors: the path, or a file that is there already.
+  // Writes a compact copy into a new file, complete or not at all: a backup, or another place if
+  // this one fails. This document stays where it is. Errors: an invalid path, or an existing file.
   Status save_copy(const std::filesystem::path& path) const;
 
-  // The settings and ticks of a stroke.
+  // The settings and the start of a stroke.
   Result<StrokeSettings> settings(StepId step) const;
   Result<Pose> start(StepId step) const;
-  // Calls f(ticks of one flush) for all of them.
+  // Calls f(ticks of one flush) for all ticks.
   Status for_ticks(StepId step,
-                   const std::function<Status(const std::vector<StrokeTick>&)>& f) const;
-  // Calls f(force and moment of the ticks of one flush) for all of them, if they were kept: see
+                   const std::function<Status(const std::vector<RecordedTick>&)>& f) const;
+  // Calls f(forces and moments of the ticks of one flush) for all ticks, if they were stored: see
   // add().
   Status for_forces(StepId step, const std::function<Status(const std::vector<Wrench>&)>& f) const;
-  // The same, of what the hand's device was given.
+  // The same for what the hand's device received.
   Status for_given(StepId step, const std::function<Status(const std::vector<Wrench>&)>& f) const;
-  // What was done with bodies.
+  // The action of a step.
   Result<BodyAction> action(StepId step) const;
-  // Carves a stroke again on the bench, or does again what was done with bodies: all stands there
-  // as it stood when the step began (at any pitch). `law`: another force model.
+  // Repeats a stroke or an action on the bench. The bodies on the bench must be in the state before
+  // the step (at any pitch). `law` replaces the stroke's force model.
   Status replay(StepId step, Workbench& bench, const std::optional<ForceLaw>& law,
                 const std::function<void(const ReplayedTick&)>& use) const;
 
-  // Looks at everything there is: tables, tiles, ticks, and every step carved again. Calls
-  // wrong(sentence) for all that is not as it should be; progress(share) now and then. Errors:
-  // can't be read at all.
+  // Checks everything: tables, tiles, ticks, and every step by a replay. Calls wrong(sentence) for
+  // every problem, note(sentence) for remarks, and progress(share) now and then. Errors: the file
+  // cannot be read at all.
   Status verify(const std::function<void(const std::string&)>& wrong,
-                const std::function<void(double)>& progress = {}) const;
+                const std::function<void(double)>& progress = {},
+                const std::function<void(const std::string&)>& note = {}) const;
 
  private:
   explicit Document(std::unique_ptr<DocumentStorage> storage);
   Error wrong(const std::string& what) const { return Error{name() + ": " + what}; }
-  // As `wrong`, for what SQLite says.
-  Error failed(const std::string& doing, const std::string& said) const {
-    return wrong(doing + " failed: " + said);
-  }
-  // Opens and locks the file for writing.
+  // Like `wrong`, for an error from SQLite.
+  Error failed(const std::string& doing, const std::string& reason) const;
+  // Opens and locks the file for writing. Writes nothing.
   static Result<std::unique_ptr<Document>> attach(const std::filesystem::path& path,
                                                   const char* vfs);
+  // Opens the file for reading, or a private copy of it if a writer's process ended. `log` becomes
+  // true if a -wal file exists or a process writes the file.
+  static Result<std::unique_ptr<Document>> attach_reader(const std::filesystem::path& path,
+                                                         const char* vfs);
+  // Returns a sentence about pages that are missing at the end of the file, if its log does not
+  // hold them; otherwise empty. Error: a -wal or -journal file next to the document does not belong
+  // to it.
+  static Result<std::string> check_logs(const std::filesystem::path& path);
+  // Opens a private copy of the document and its logs. Error: as check_logs, no copy is possible,
+  // or, unless `may_be_held`, a process writes the file.
+  static Result<Database> open_copy(const std::filesystem::path& path, bool may_be_held);
+  // A sentence about pages that are missing at the end of the file; empty if none are.
+  static std::string missing_pages(const std::filesystem::path& path);
+  // A value of the table `meta`; empty if there is none, or if it is no document of Kibori.
+  static std::string meta_of(Database& database, const char* key);
+  // True if the structure and the rows of a database are those of a complete document. The rows of
+  // a newer format are not checked.
+  static bool is_complete(Database& database);
   Status check_kind();
+  bool is_newer() const;  // than the formats that this version reads
   Status check_tables();
   Status read_tree();
+  // The first damage on the path to `step`; empty if there is none. row_fault: also if the file's
+  // head is lost.
+  std::string path_fault(StepId step) const;
+  std::string row_fault(StepId step) const;
+  // Adds a fault of a step (0: of no certain step) that was found when the document was opened.
+  void add_damage(StepId step, const std::string& fault);
   Status recover();
-  // All of `change` or none of it. Where the file can't be written, goes on in memory.
+  // Applies all of `change` or nothing. If the file is not writable, the document continues in
+  // memory.
   Status commit(const char* doing, const std::function<Status()>& change);
   Status try_commit(const char* doing, const std::function<Status()>& change, bool& disk_failed);
-  // Within a transaction: seals of a step that is finished, of all, and of the versions.
+  // Within a transaction: seals a finished step, all steps, and the versions.
   Status seal(StepId step);
   Status seal_all();
   Status seal_versions();
-  Status verify_seals(const std::function<void(const std::string&)>& wrong) const;
-  // The file itself says while it is written that its log belongs to it.
+  // Calls wrong(step, sentence) for each row that is not what was written; step 0: no certain step.
+  Status check_seals(const std::function<void(StepId, const std::string&)>& wrong) const;
+  // The same when the document is opened: adds damage, and reads sealed_blocks_.
+  void look_at_seals();
+  // Within a transaction: writes which commit this is. Each commit of a session changes this row,
+  // so every log contains it and shows which file it belongs to.
+  Status count_commit();
+  // While the file is written, a mark in it says that a log belongs to it.
   Status mark(bool writing);
-  // Of a document that is whole so far: marks it, and starts the keeper of its log.
+  // For a document without damage: brings its tables up to date.
+  Status prepare_writing();
+  // For a document that is complete: marks it, and starts the keeper of its log.
   Status begin_writing(const std::filesystem::path& path, const char* vfs);
   Status look_for_log(bool there);
-  // Within a transaction. `sequence`: the number of the next block, once it is committed.
+  // Within a transaction. `sequence` becomes the number of the next block once the transaction is
+  // committed.
   Status write_ticks(int64_t& sequence);
   Status check_finished(StepId step) const;
-  Status for_blocks(const char* table, StepId step,
+  Status for_blocks(BlockTable table, StepId step,
                     const std::function<Status(const Bytes&, int64_t)>& f) const;
-  // The tiles to keep of the state `now` of a step: those that are not as at the last step before
-  // it that has any. They are kept little by little, as it takes time; all places in the end, at
-  // once.
+  // The tiles to store for the state `now` of a step. These are the tiles that differ from the
+  // nearest earlier step with tiles. They are stored in small portions, because this takes time.
+  // Their places are written at the end, in one step.
   struct TilePlace {
     int64_t field;  // see field_of
     int tu, tv;
@@ -282,46 +337,51 @@ class Document {
   };
   struct TileJob {
     StepId step = 0;
-    Bodies now;
-    LatticeBox bounds;  // of the material of all
+    BodyList now;
+    LatticeBox bounds;  // of the material of all bodies
     bool planned = false;
     std::vector<TilePlace> places;
     size_t next = 0;
     std::unordered_map<const Tile*, int64_t> ids;
     bool done = false;
   };
-  void wait_for_tiles(StepId step, const Bodies& now);
+  void wait_for_tiles(StepId step, const BodyList& now);
   Status plan_tiles(TileJob& job) const;
   // Within a transaction.
   Status keep_tiles(TileJob& job, std::chrono::steady_clock::time_point until);
-  void keep_some_tiles(std::chrono::milliseconds at_most);
-  // Which tile stands where at a step that has any; 0: none. Of all places, or of those that may be
-  // others than at step `from`.
+  void keep_some_tiles(std::chrono::milliseconds max_time);
+  // The tile at each place of a step that has tiles; 0: none. all_tiles returns all places.
+  // other_tiles returns those that may differ from the step at the start of `path_from`.
   using Place = std::tuple<int64_t, int64_t, int64_t>;  // field (see field_of), u, v
   using TileMap = std::map<Place, int64_t>;
   Result<TileMap> all_tiles(StepId step) const;
-  Result<TileMap> other_tiles(StepId step, const std::vector<StepId>& way_from) const;
-  // Those of one body.
+  Result<TileMap> other_tiles(StepId step, const std::vector<StepId>& path_from) const;
+  // Writes the tiles of one body into its model.
   Status put_tiles(const TileMap& tiles, StepId step, BodyId body, TriDexel& model) const;
-  // The bodies of a step that has tiles, made in the memory of `work`.
-  Result<Bodies> read_tiles(StepId step, TriDexel& work) const;
-  // The bodies of any step; `work` becomes the model of its active one.
-  Result<Bodies> make_state(TriDexel& work, StepId step) const;
-  // Whether the state of a finished step is what was written.
-  Status check_state(StepId step, const Bodies& now) const;
-  // The bodies of a step, by the states in memory and the tiles kept; `work` becomes the model of
-  // its active one. remember(step, state) is told of those on the way.
-  Result<Bodies> rebuild(TriDexel& work, StepId step,
-                         const std::function<void(StepId, const Bodies&)>& remember) const;
-  // The same, of a step that has tiles; `work` is left as it happens to be.
-  Result<Bodies> go_by_tiles(TriDexel& work, StepId step) const;
-  // The one that strokes go to after a step.
+  // The bodies of a step with tiles, in the memory of `work`.
+  Result<BodyList> read_tiles(StepId step, TriDexel& work) const;
+  // The same from `before`, the bodies of the nearest earlier step with tiles in the same memory.
+  // Reads only the tiles of this step.
+  Result<BodyList> read_tiles_after(const BodyList& before, StepId step, TriDexel& work) const;
+  Result<BodyList> put_bodies(const TileMap& tiles, const BodyList& start, StepId step,
+                              TriDexel& work) const;
+  // The bodies of any step. `work` becomes the model of its active body.
+  Result<BodyList> make_state(TriDexel& work, StepId step) const;
+  // Ok if the state of a finished step matches its hash.
+  Status check_state(StepId step, const BodyList& now) const;
+  // The bodies of a step, from the states in memory and the stored tiles. `work` becomes the model
+  // of its active body. Calls remember(step, state) for the states on the path.
+  Result<BodyList> rebuild(TriDexel& work, StepId step,
+                           const std::function<void(StepId, const BodyList&)>& remember) const;
+  // The same for a step with tiles. The state of `work` afterwards is unspecified.
+  Result<BodyList> go_by_tiles(TriDexel& work, StepId step) const;
+  // The body that strokes act on after a step.
   BodyId active_at(StepId step) const;
-  static void take_model(TriDexel& work, const Bodies& bodies, BodyId body);
-  void list(StepId step, Bodies bodies);
+  static void take_model(TriDexel& work, const BodyList& bodies, BodyId body);
+  void list(StepId step, BodyList bodies);
   // Within a transaction.
-  Status write_bodies(StepId step, const Bodies& bodies);
-  // A step done again, from the head on.
+  Status write_bodies(StepId step, const BodyList& bodies);
+  // Repeats a step after the head.
   Status do_again(StepId step, int threads);
   Status carve_again(StepId step, const StrokeSettings& settings);
   Status replay_ticks(StepId step, const StrokeSettings& recorded, TriDexel& model,
@@ -329,34 +389,40 @@ class Document {
                       const std::function<void(const ReplayedTick&)>& use) const;
   bool is_checkpoint(StepId step) const { return checkpoints_.count(step) != 0; }
   void add_checkpoint(StepId step, const LatticeBox& bounds);
-  const Bodies* state_of(StepId step) const {
+  const BodyList* state_of(StepId step) const {
     const auto found = states_.find(step);
     return found == states_.end() ? nullptr : &found->second;
   }
   Status set_head(StepId step);
   // Within a transaction.
   Status write_head(StepId step);
-  void remember(StepId step, const Bodies& state);
+  void remember(StepId step, const BodyList& state);
 
   const std::unique_ptr<DocumentStorage> storage_;
   std::string unsaved_, missing_;
+  std::vector<std::string> damage_;
+  std::map<StepId, std::string> broken_;  // steps with damage_
+  // Hashes of a step's rows in `tick`, `force` and `given`, from its seal.
+  std::map<StepId, std::array<uint64_t, 3>> sealed_blocks_;
+  bool head_lost_ = false;         // the file's head is no step that can be read
+  bool versions_changed_ = false;  // since they were sealed
   bool writes_ = false;
   bool may_go_to_memory_ = false;
   int64_t version_ = 0;  // of the file's tables
   Lattice lattice_;
   std::map<StepId, Step> steps_;
   std::map<std::string, StepId> versions_;
-  std::map<StepId, StepId> last_child_;            // gone back from
-  std::map<StepId, LatticeBox> checkpoints_;       // and the material's bounds there
+  std::map<StepId, StepId> last_child_;            // the child that undo left
+  std::map<StepId, LatticeBox> checkpoints_;       // with the material's bounds there
   std::unordered_set<StepId> before_checkpoints_;  // steps that a checkpoint follows
-  std::deque<TileJob> tiles_;                      // that are being kept
+  std::deque<TileJob> tiles_;                      // being stored
   LatticeBox material_bounds_;                     // of all states
-  StepId head_ = 0, open_step_ = 0;
+  StepId head_ = 0, head_in_file_ = 0, open_step_ = 0;
   BodyId active_ = 1;
-  std::map<StepId, Bodies> lists_;  // of steps after which there are other bodies; without models
+  std::map<StepId, BodyList> lists_;  // of steps that change the list of bodies; without models
   int64_t open_sequence_ = 0, saved_ticks_ = 0;
-  std::vector<StrokeTick> waiting_;
-  // Of the ticks that wait, where all that the stroke had by now have one.
+  std::vector<RecordedTick> waiting_;
+  // Forces of the waiting ticks. `all` is true if every tick of the stroke so far has one.
   struct WaitingForces {
     const char* const table;
     std::vector<Wrench> rows = {};
@@ -371,8 +437,11 @@ class Document {
   WaitingForces forces_{"force"}, given_{"given"};
   void drop_waiting();
   bool marked_ = false;
-  // States by step, of the one memory that is worked in.
-  std::map<StepId, Bodies> states_;
+  // The session of this writer, and its number of commits. Empty: commits are not counted.
+  std::string session_, before_session_;
+  int64_t commits_ = 0;
+  // States by step. All share the memory of the current model.
+  std::map<StepId, BodyList> states_;
   std::vector<StepId> visited_;
 };
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A document's file: made, opened, written, copied, moved.
+// A document's file: create, open, write, copy, move.
+#include <algorithm>
 #include <cctype>
 #include <cstdlib>
 #include <set>
@@ -18,13 +19,22 @@ namespace kibori {
 namespace {
 
 constexpr int kApplication = 0x4B49424F;  // "KIBO"
-// 2: forces and thumbnails. 3: tiles found by place. 4: symmetry. 5: seals. 6: strokes that
-// reshape. 7: warps, creases, paint, clay, the wheel, symmetry about an axis.
-// 8: what resists where a stroke begins, two fingers on the wheel. 9: bodies. 10: two
-// hands. 11: masks that follow their bodies. 12: what a hand was given. (Files of 10 and 11 say
-// that they are of 9.)
-constexpr int64_t kVersion = 12;
-// Beyond, SQLite would number new ones out of order.
+// Format versions:
+//    2: forces and thumbnails
+//    3: tiles found by place
+//    4: symmetry
+//    5: seals
+//    6: strokes that reshape
+//    7: warps, creases, paint, clay, the wheel, symmetry about an axis
+//    8: what resists where a stroke begins, two fingers on the wheel
+//    9: bodies
+//   10: two hands
+//   11: masks that follow their bodies
+//   12: what a hand was given
+//   13: materials with k, m, density and log; thrust; the version of the force law
+// Files of 10 and 11 state version 9.
+constexpr int64_t kVersion = 13;
+// Above this, SQLite assigns new numbers out of order.
 constexpr StepId kMaxSteps = StepId{1} << 62;
 const char* const kSchema = R"(
 CREATE TABLE meta (key TEXT PRIMARY KEY, value) WITHOUT ROWID;
@@ -64,20 +74,15 @@ CREATE TABLE given (step INTEGER NOT NULL REFERENCES step, sequence INTEGER NOT 
 )";
 const std::string kThisVersion = "PRAGMA user_version = " + std::to_string(kVersion);
 
-// A database, and what may stand beside it.
+// Removes a database and the files that SQLite may leave next to it.
 void clear_away(const std::filesystem::path& path) {
   std::error_code code;
   for (const char* rest : {"", "-wal", "-shm", "-journal"})
     std::filesystem::remove(path.string() + rest, code);
 }
 
-bool has_log(const std::filesystem::path& path) {
-  std::error_code none;
-  return std::filesystem::exists(path.string() + "-wal", none);
-}
-
-// Where a new document can be. What a killed process left beside one that is no longer there would
-// be taken for the new one's.
+// Ok if a new document can be created at `path`. It also rejects files that a killed process left
+// next to a deleted document. They would become part of the new one.
 Status check_free(const std::filesystem::path& path) {
   std::error_code code;
   const std::string name = sanitize_message(path.string());
@@ -96,8 +101,8 @@ Status check_free(const std::filesystem::path& path) {
   return Ok{};
 }
 
-// Once it is on the disk. A link, unlike a renaming, fails where the name was taken meanwhile; some
-// file systems have none.
+// Moves a file to its name after it is on the disk. Unlike a rename, a link fails if the name was
+// taken in the meantime. Some file systems have no links.
 bool put_in_place(const std::filesystem::path& part, const std::filesystem::path& path) {
   std::error_code code;
   if (!sync_to_disk(part)) {
@@ -127,8 +132,11 @@ const std::string& Document::name() const { return storage_->database.name(); }
 Document::~Document() {
   if (unsaved_.empty()) keep_some_tiles(std::chrono::minutes(1));
   storage_->keeper.reset();
-  // All of it is in the file, which needs no log any more; but where it could not be written, that
-  // is lost.
+  // A reader may be the last to close the file. What its writer left next to it stays there.
+  std::error_code none;
+  if (!writes_ && std::filesystem::file_size(storage_->log, none) > 0 && !none)
+    storage_->database.keep_log();
+  // The file is complete and needs no log. But if it was not writable, the log's content is lost.
   if (marked_ && unsaved_.empty()) static_cast<void>(mark(false));
 }
 
@@ -150,7 +158,7 @@ Status Document::commit(const char* doing, const std::function<Status()>& change
 
 Status Document::save_again() {
   if (unsaved_.empty()) return Ok{};
-  // What waits goes into memory first, so that what is saved is all there is.
+  // Waiting data goes into memory first, so that the saved file is complete.
   if (Status s = flush(); !s) return s;
   if (Status s = storage_->file.become(storage_->database); !s) return failed("saving", s.error());
   storage_->database = std::move(storage_->file);
@@ -164,6 +172,8 @@ Status Document::move_to(const std::filesystem::path& path) {
   if (Status s = save_copy(path); !s) return s;
   Result<std::unique_ptr<Document>> there = attach(path, nullptr);
   if (there)
+    if (Status s = there.value()->prepare_writing(); !s) there = Error{s.error()};
+  if (there)
     if (Status s = there.value()->begin_writing(path, nullptr); !s) there = Error{s.error()};
   if (!there) {
     std::error_code code;
@@ -175,6 +185,9 @@ Status Document::move_to(const std::filesystem::path& path) {
   storage_->lock = std::move(there.value()->storage_->lock);
   storage_->keeper = std::move(there.value()->storage_->keeper);
   marked_ = std::exchange(there.value()->marked_, false);
+  session_ = there.value()->session_;
+  before_session_ = there.value()->before_session_;
+  commits_ = there.value()->commits_;
   unsaved_.clear();
   return Ok{};
 }
@@ -186,6 +199,7 @@ Status Document::try_commit(const char* doing, const std::function<Status()>& ch
     return failed(doing, s.error());
   }
   Status done = change();
+  if (done) done = count_commit();
   if (!done && !done.error().starts_with(name())) done = failed(doing, done.error());
   if (done) {
     if (Status s = storage_->database.run("COMMIT"); !s) done = failed(doing, s.error());
@@ -195,6 +209,7 @@ Status Document::try_commit(const char* doing, const std::function<Status()>& ch
     static_cast<void>(storage_->database.run("ROLLBACK"));
     return done;
   }
+  commits_++;
   if (storage_->keeper) storage_->keeper->wrote();
   return done;
 }
@@ -204,10 +219,11 @@ Result<std::unique_ptr<Document>> Document::create(const std::filesystem::path& 
                                                    const Bytes& source, const char* vfs) {
   const std::string name = sanitize_message(path.string());
   if (Status s = check_free(path); !s) return Error{s.error()};
-  // All of it or nothing: made beside, and put in place when it is a document.
-  const Result<std::filesystem::path> beside = make_beside(path);
-  if (!beside) return Error{name + ": can't be made; is the folder there, and writable?"};
-  const std::filesystem::path& part = beside.value();
+  // Complete or not at all: it is created next to `path`, and moved into place when it is a valid
+  // document.
+  const Result<std::filesystem::path> sibling = make_sibling(path);
+  if (!sibling) return Error{name + ": can't be made; is the folder there, and writable?"};
+  const std::filesystem::path& part = sibling.value();
   Result<Database> made = Database::open(part, Database::Access::create, vfs);
   if (!made) {
     clear_away(part);
@@ -248,10 +264,11 @@ Result<std::unique_ptr<Document>> Document::create(const std::filesystem::path& 
         document->steps_[1] = first_step;
         TileJob tiles;
         tiles.step = 1;
-        tiles.now = Bodies::of(model);
+        tiles.now = BodyList::of(model);
         tiles.bounds = model.material_bounds();
         if (Status s = document->plan_tiles(tiles); !s) return s;
         if (Status s = document->seal_all(); !s) return s;
+        if (Status s = document->write_head(1); !s) return s;
         return document->keep_tiles(tiles, std::chrono::steady_clock::time_point::max());
       });
     }();
@@ -263,7 +280,7 @@ Result<std::unique_ptr<Document>> Document::create(const std::filesystem::path& 
   }
   if (!put_in_place(part, path)) return Error{name + ": can't be put in place"};
   Result<std::unique_ptr<Document>> opened = open(path, Access::write, vfs);
-  if (opened) opened.value()->remember(1, Bodies::of(model));
+  if (opened) opened.value()->remember(1, BodyList::of(model));
   return opened;
 }
 
@@ -273,22 +290,21 @@ Result<std::unique_ptr<Document>> Document::open(const std::filesystem::path& pa
   const std::string name = sanitize_message(path.string());
   if (!std::filesystem::exists(path, code)) return Error{name + ": there is no such file"};
   if (!std::filesystem::is_regular_file(path, code)) return Error{name + ": is not a file"};
-  std::unique_ptr<Document> document;
-  if (access == Access::write) {
-    Result<std::unique_ptr<Document>> attached = attach(path, vfs);
-    if (!attached) return attached;
-    document = std::move(attached).value();
-  } else {
-    const bool log = has_log(path);
-    Result<Database> database = Database::open(path, Database::Access::read, vfs);
-    if (!database) return Error{database.error()};
-    document.reset(new Document(storage_of(std::move(database).value())));
-    // As it is now, whatever is written meanwhile: SQLite takes its place with the first question.
-    static_cast<void>(document->storage_->database.run("BEGIN"));
-    if (Status s = document->check_kind(); !s) return Error{s.error()};
-    if (Status s = document->look_for_log(log); !s) return Error{s.error()};
+  Result<std::unique_ptr<Document>> attached =
+      access == Access::write ? attach(path, vfs) : attach_reader(path, vfs);
+  if (!attached) return attached;
+  std::unique_ptr<Document> document = std::move(attached).value();
+  const std::string missing_pages = document->damage();
+  if (Status s = document->read_tree(); !s) {
+    if (missing_pages.empty()) return Error{s.error()};
+    return document->wrong("is a damaged document: " + missing_pages +
+                           ", and nothing of it can be read");
   }
-  if (Status s = document->read_tree(); !s) return Error{s.error()};
+  if (access == Access::write && !document->damage().empty())
+    return document->wrong("is a damaged document: " + document->damage() + "; 'kibori history " +
+                           name + " --salvage NEW.kibori' saves what is whole");
+  if (access == Access::write)
+    if (Status s = document->prepare_writing(); !s) return Error{s.error()};
   if (Status s = document->recover(); !s) return Error{s.error()};
   if (access == Access::write)
     if (Status s = document->begin_writing(path, vfs); !s) return Error{s.error()};
@@ -300,7 +316,15 @@ Result<std::unique_ptr<Document>> Document::attach(const std::filesystem::path& 
                                                    const char* vfs) {
   Result<FileLock> lock = FileLock::take(path);
   if (!lock) return Error{lock.error()};
-  const bool log = has_log(path);
+  const Result<std::string> missing = check_logs(path);
+  if (!missing) return Error{missing.error()};
+  if (!missing.value().empty())
+    return Error{sanitize_message(path.string()) + ": is a damaged document: " + missing.value() +
+                 "; 'kibori history " + sanitize_message(path.string()) +
+                 " --salvage NEW.kibori' saves what is whole"};
+  std::error_code none;
+  const bool log = std::filesystem::exists(
+      std::filesystem::weakly_canonical(path, none).string() + "-wal", none);
   Result<Database> database = Database::open(path, Database::Access::write, vfs);
   if (!database) return Error{database.error()};
   std::unique_ptr<Document> document(new Document(storage_of(std::move(database).value())));
@@ -309,44 +333,46 @@ Result<std::unique_ptr<Document>> Document::attach(const std::filesystem::path& 
   if (document->storage_->database.read_only())
     return document->wrong(
         "can't be written, only read; look at it (--read-only), or copy it where it can be");
-  document->writes_ = true;
-  if (Status s = document->storage_->database.run(
+  if (Status s = document->look_for_log(log); !s) return Error{s.error()};
+  return document;
+}
+
+Status Document::prepare_writing() {
+  writes_ = true;
+  auto& database = storage_->database;
+  if (Status s = database.run(
           "PRAGMA journal_mode=WAL; PRAGMA foreign_keys=ON; PRAGMA synchronous=NORMAL; "
           "PRAGMA wal_autocheckpoint=0");
       !s)
-    return document->failed("opening", s.error());
-  if (document->version_ < kVersion) {
-    const Status s = document->commit("bringing it up to date", [&]() -> Status {
-      if (document->version_ < 2)
-        if (Status made = document->storage_->database.run(kSchemaSince2); !made) return made;
-      if (document->version_ < 3)
-        if (Status made = document->storage_->database.run(kSchemaSince3); !made) return made;
-      if (document->version_ < 9)
-        if (Status made = document->storage_->database.run(kSchemaSince9); !made) return made;
-      if (document->version_ < 5) {
-        if (Status made = document->storage_->database.run(kSchemaSince5); !made) return made;
-        if (Status sealed = document->seal_all(); !sealed) return sealed;
-      }
-      if (Status made = document->storage_->database.run(kSchemaSince12); !made) return made;
-      return document->storage_->database.run(kThisVersion.c_str());
-    });
-    if (!s) return Error{s.error()};
-    document->version_ = kVersion;
-  }
-  if (Status s = document->look_for_log(log); !s) return Error{s.error()};
-  return document;
+    return failed("opening", s.error());
+  if (version_ == kVersion) return Ok{};
+  const Status updated = commit("bringing it up to date", [&]() -> Status {
+    for (const auto& [since, sql] : {std::pair{2, kSchemaSince2},
+                                     {3, kSchemaSince3},
+                                     {5, kSchemaSince5},
+                                     {9, kSchemaSince9},
+                                     {12, kSchemaSince12}})
+      if (version_ < since)
+        if (Status made = database.run(sql); !made) return made;
+    if (version_ < 5)
+      if (Status sealed = seal_all(); !sealed) return sealed;
+    return database.run(kThisVersion.c_str());
+  });
+  if (!updated) return updated;
+  version_ = kVersion;
+  return Ok{};
 }
 
 Status Document::begin_writing(const std::filesystem::path& path, const char* vfs) {
   Result<Database> another = Database::open(path, Database::Access::write, vfs);
   if (!another) return Error{another.error()};
-  // Where the disk is full, it goes on without.
+  // If the disk is full, the document continues without a mark.
   static_cast<void>(mark(true));
   storage_->keeper = std::make_unique<LogKeeper>(std::move(another).value());
   return Ok{};
 }
 
-// A document of Kibori, and which version.
+// Checks that the file is a Kibori document, and its version.
 Status Document::check_kind() {
   const auto pragma = [&](const char* sql) -> Result<int64_t> {
     Result<Statement> read = storage_->database.prepare(sql);
@@ -364,16 +390,17 @@ Status Document::check_kind() {
   if (application.value() != kApplication) return wrong("is not a document of Kibori");
   const Result<int64_t> version = pragma("PRAGMA user_version");
   if (!version || version.value() < 1) return wrong("is a damaged document");
-  if (version.value() > kVersion)
+  version_ = version.value();
+  if (is_newer())
     return wrong("was made by a newer Kibori (format " + std::to_string(version.value()) +
                  ", this one reads " + std::to_string(kVersion) + "); use that");
-  version_ = version.value();
   return check_tables();
 }
 
-// The tables are those that Kibori makes, to the word: a table of the same name may be a view, have
-// columns that are worked out when they are read, or be a program's (virtual), and take the
-// machine.
+bool Document::is_newer() const { return version_ > kVersion; }
+
+// The tables must be the ones that Kibori creates, word for word. A table of the same name may be a
+// view, have computed columns, or belong to a program (virtual), and take over the machine.
 Status Document::check_tables() {
   using Tables = std::set<std::tuple<std::string, std::string, std::string, std::string>>;
   constexpr size_t kMaxTables = 64;
@@ -385,7 +412,7 @@ Status Document::check_tables() {
     Statement& r = read.value();
     const Status done = r.for_rows([&]() -> Status {
       std::string sql;
-      for (const char c : r.text(3))  // what stands in a line makes no difference
+      for (const char c : r.text(3))  // whitespace makes no difference
         if (!std::isspace(static_cast<unsigned char>(c)))
           sql += c;
         else if (!sql.empty() && sql.back() != ' ')
@@ -451,9 +478,13 @@ Status read_bodies_of_settings(Database& database, std::map<int64_t, BodyId>& bo
   });
 }
 
-Status read_steps(Database& database, std::map<StepId, Step>& steps) {
+using OnFault = std::function<void(StepId, const std::string&)>;
+
+// Reads all steps that can be read. Reports the others. Error: there is no stock.
+Status read_steps(Database& database, std::map<StepId, Step>& steps, const OnFault& fault) {
   std::map<int64_t, BodyId> body_of;
-  if (Status done = read_bodies_of_settings(database, body_of); !done) return done;
+  if (Status done = read_bodies_of_settings(database, body_of); !done)
+    fault(0, "its settings can't be read (" + done.error() + ")");
   const Status done = for_rows(
       database,
       "SELECT id, parent, kind, label, ticks, removed_mm3, hash, finished, (SELECT "
@@ -467,7 +498,7 @@ Status read_steps(Database& database, std::map<StepId, Step>& steps) {
         step.parent = s.null(1) ? 0 : s.integer(1);
         step.stock = s.text(2) == "stock";
         step.action = s.text(2) == "bodies";
-        // Of an action the one before it says which body strokes go to.
+        // For an action, the step before it determines the body that strokes act on.
         step.body = 0;
         if (const auto body = body_of.find(s.integer(10)); body != body_of.end() && !step.action)
           step.body = body->second;
@@ -480,78 +511,112 @@ Status read_steps(Database& database, std::map<StepId, Step>& steps) {
         step.setting = s.integer(10);
         const bool known =
             step.stock ? step.parent == 0 && steps.empty() : steps.count(step.parent) != 0;
-        // Each once, and after the one before it: so there is no way around in circles.
-        if (step.id < 1 || step.id > kMaxSteps || !known || steps.count(step.id))
-          return Error{"step " + std::to_string(step.id) + " follows none that is there"};
+        // Each step must be unique and follow its parent. Therefore, there are no cycles.
+        if (step.id < 1 || step.id > kMaxSteps || !known || steps.count(step.id)) {
+          fault(0, "step " + std::to_string(step.id) + " follows none that is there");
+          return Ok{};
+        }
+        if (const auto parent = steps.find(step.parent);
+            parent != steps.end() && !parent->second.finished)
+          fault(step.parent, "step " + std::to_string(step.parent) +
+                                 " is marked as unfinished, but a step follows it");
         steps[step.id] = step;
         return Ok{};
       });
-  if (!done || !steps.empty()) return done;
-  return Error{"it has no stock"};
+  if (steps.empty()) return Error{done ? "it has no stock" : done.error()};
+  if (!done)
+    fault(0, "steps after " + std::to_string(steps.rbegin()->first) + " can't be read (" +
+                 done.error() + ")");
+  return Ok{};
 }
 
-// The bodies after a step, of those steps that changed them.
+// The bodies after each step that changed them.
 Status read_lists(Database& database, const std::map<StepId, Step>& steps,
-                  std::map<StepId, Bodies>& lists) {
+                  std::map<StepId, BodyList>& lists, const OnFault& fault) {
   return for_rows(database, "SELECT step, json FROM bodies", [&](Statement& s) -> Status {
-    if (!steps.count(s.integer(0))) return Ok{};
-    Result<Bodies> bodies = bodies_from_json(s.text(1));
-    if (!bodies) return Error{"step " + std::to_string(s.integer(0)) + ": " + bodies.error()};
-    lists[s.integer(0)] = std::move(bodies).value();
+    const StepId step = s.integer(0);
+    if (!steps.count(step)) return Ok{};
+    Result<BodyList> bodies = bodies_from_json(s.text(1));
+    if (bodies)
+      lists[step] = std::move(bodies).value();
+    else
+      fault(step, "step " + std::to_string(step) + ": " + bodies.error());
     return Ok{};
   });
 }
 
 }  // namespace
 
+void Document::add_damage(StepId step, const std::string& fault) {
+  damage_.push_back(fault);
+  if (step != 0) broken_.emplace(step, fault);
+}
+
 Status Document::read_tree() {
   Database& database = storage_->database;
-  Status done =
-      for_rows(database, "SELECT value FROM meta WHERE key = 'head'", [&](Statement& s) -> Status {
-        head_ = s.integer(0);
-        return Ok{};
-      });
-  if (done) done = read_lattice(database, lattice_);
-  if (done) done = read_steps(database, steps_);
-  if (done && version_ >= 9) done = read_lists(database, steps_, lists_);
-  if (done && !steps_.count(head_)) head_ = steps_.rbegin()->first;
-  if (done) active_ = active_at(head_);
-  if (done)
-    done = for_rows(database, "SELECT name, step FROM version", [&](Statement& s) -> Status {
-      if (steps_.count(s.integer(1))) versions_[s.text(0)] = s.integer(1);
-      return Ok{};
-    });
-  if (done && version_ >= 2)
-    done = for_rows(database, "SELECT step FROM thumbnail", [&](Statement& s) -> Status {
+  const OnFault fault = [this](StepId step, const std::string& what) { add_damage(step, what); };
+  // A table of which only a part can be read: the rest is damaged, and salvage uses the part.
+  const auto read = [&](const char* table, const char* sql,
+                        const std::function<Status(Statement&)>& f) {
+    if (const Status done = for_rows(database, sql, f); !done)
+      fault(0, std::string("its table '") + table + "' can't be read (" + done.error() + ")");
+  };
+  read("meta", "SELECT value FROM meta WHERE key = 'head'", [&](Statement& s) -> Status {
+    head_ = head_in_file_ = s.integer(0);
+    return Ok{};
+  });
+  Status needed = read_lattice(database, lattice_);
+  if (needed) needed = read_steps(database, steps_, fault);
+  if (!needed)
+    return wrong("is a damaged document: " + (damage_.empty() ? "" : damage_.front() + "; ") +
+                 needed.error());
+  if (version_ >= 9)
+    if (const Status done = read_lists(database, steps_, lists_, fault); !done)
+      fault(0, "its bodies can't be read (" + done.error() + ")");
+  head_lost_ = !steps_.count(head_);
+  if (head_lost_) {
+    fault(0, "it is at step " + std::to_string(head_) + ", which is not there");
+    head_ = steps_.rbegin()->first;
+  }
+  active_ = active_at(head_);
+  read("version", "SELECT name, step FROM version", [&](Statement& s) -> Status {
+    if (steps_.count(s.integer(1))) versions_[s.text(0)] = s.integer(1);
+    return Ok{};
+  });
+  if (version_ >= 2)
+    read("thumbnail", "SELECT step FROM thumbnail", [&](Statement& s) -> Status {
       if (const auto found = steps_.find(s.integer(0)); found != steps_.end())
         found->second.pictured = true;
       return Ok{};
     });
-  if (done)
-    done = for_rows(database, "SELECT step, bounds FROM checkpoint", [&](Statement& s) -> Status {
-      const Result<LatticeBox> box = box_from_json(s.text(1));
-      if (!steps_.count(s.integer(0))) return Ok{};
-      if (!box)
-        return Error{"step " + std::to_string(s.integer(0)) + " has tiles that lie nowhere"};
-      add_checkpoint(s.integer(0), box.value());
-      return Ok{};
-    });
-  if (done && !checkpoints_.count(steps_.begin()->first))
-    done = Error{"the stock's tiles are missing"};
-  return done ? done : Status(wrong("is a damaged document: " + done.error()));
+  read("checkpoint", "SELECT step, bounds FROM checkpoint", [&](Statement& s) -> Status {
+    const StepId step = s.integer(0);
+    if (!steps_.count(step)) return Ok{};
+    const Result<LatticeBox> box = box_from_json(s.text(1));
+    if (box)
+      add_checkpoint(step, box.value());
+    else
+      fault(step, "step " + std::to_string(step) + " has tiles that lie nowhere");
+    return Ok{};
+  });
+  if (!checkpoints_.count(steps_.begin()->first))
+    return wrong("is a damaged document: the stock's tiles are missing");
+  look_at_seals();
+  return Ok{};
 }
 
-// Strokes that were being made when their process ended are finished as far as they came; they are
-// the newest.
+// Finishes strokes whose process ended, up to that point. They are the newest steps.
 Status Document::recover() {
   for (auto& entry : steps_) {
     const StepId id = entry.first;
     Step& step = entry.second;
-    if (step.finished) continue;
+    if (step.finished || std::any_of(steps_.begin(), steps_.end(),
+                                     [id](const auto& other) { return other.second.parent == id; }))
+      continue;
     if (writes_) {
       TriDexel model(lattice_), before(lattice_);
-      // What is damaged stays as it is, and is told when it is loaded.
-      const Result<Bodies> was = make_state(before, step.parent), now = make_state(model, id);
+      // Damaged data stays unchanged. Loading it reports the damage.
+      const Result<BodyList> was = make_state(before, step.parent), now = make_state(model, id);
       if (!was || !now) {
         head_ = id;
         continue;
@@ -580,7 +645,7 @@ Status Document::recover() {
       if (other_bodies) list(id, now.value());
       if (Status s = set_head(id); !s) return s;
     } else {
-      head_ = id;
+      head_ = head_in_file_ = id;
     }
   }
   return Ok{};
@@ -606,10 +671,10 @@ Result<Bytes> Document::source() const {
 Status Document::save_copy(const std::filesystem::path& path) const {
   const std::string name = sanitize_message(path.string());
   if (Status s = check_free(path); !s) return s;
-  const Result<std::filesystem::path> beside = make_beside(path);
-  if (!beside) return Error{beside.error()};
-  const std::filesystem::path& part = beside.value();
-  // A reader stands in a transaction all the time, and may write nothing, not even elsewhere.
+  const Result<std::filesystem::path> sibling = make_sibling(path);
+  if (!sibling) return Error{sibling.error()};
+  const std::filesystem::path& part = sibling.value();
+  // A reader is always in a transaction, in which it cannot write, not even to another file.
   auto& database = storage_->database;
   if (!writes_) static_cast<void>(database.run("COMMIT; PRAGMA query_only = 0"));
   const Status copied = [&]() -> Status {
@@ -620,7 +685,7 @@ Status Document::save_copy(const std::filesystem::path& path) const {
   }();
   if (!writes_) static_cast<void>(database.run("PRAGMA query_only = 1; BEGIN"));
   if (copied) {
-    // Ready to be read while it is opened for writing.
+    // Readable while another process opens it for writing.
     Result<Database> made = Database::open(part, Database::Access::write);
     if (made)
       static_cast<void>(made.value().run(

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What was done, done otherwise: the steps that followed are done again after it.
+// Repeats an action with other data, and the steps that followed after it.
 #include <kibori/document/document.h>
 
 #include <algorithm>
@@ -14,25 +14,26 @@ Status Document::revise(StepId step, const BodyAction& action, int threads) {
   const StepId was = head_;
   const Result<std::vector<StepId>> path = path_to(was);
   if (!path) return Error{path.error()};
-  const std::vector<StepId>& way = path.value();
-  const auto at = std::find(way.begin(), way.end(), step);
-  if (at == way.end()) return wrong("step " + std::to_string(step) + " is not on the way to here");
+  const std::vector<StepId>& path_steps = path.value();
+  const auto at = std::find(path_steps.begin(), path_steps.end(), step);
+  if (at == path_steps.end())
+    return wrong("step " + std::to_string(step) + " is not on the way to here");
   if (!steps_.at(step).action)
     return wrong("step " + std::to_string(step) +
                  " is no work on bodies; only that can be revised");
-  const auto stand = [&](StepId there) -> Status {
+  const auto restore = [&](StepId there) -> Status {
     const Result<Checkout> to = checkout(there);
     return to ? commit_checkout(to.value()) : Status(Error{to.error()});
   };
-  if (Status before = stand(steps_.at(step).parent); !before) return before;
+  if (Status before = restore(steps_.at(step).parent); !before) return before;
   const Result<BodyChange> done = act(action, threads);
   Status all = done ? Status(Ok{}) : Status(Error{done.error()});
-  for (auto next = std::next(at); all && next != way.end(); ++next)
+  for (auto next = std::next(at); all && next != path_steps.end(); ++next)
     if (const Status again = do_again(*next, threads); !again)
       all = Error{"step " + std::to_string(*next) +
                   " can't be done after that any more: " + again.error()};
   if (all) return all;
-  Status back = stand(was);
+  Status back = restore(was);
   return back ? all : back;
 }
 
@@ -50,7 +51,7 @@ Status Document::do_again(StepId step, int threads) {
 Status Document::carve_again(StepId step, const StrokeSettings& settings) {
   const Result<Pose> from = start(step);
   if (!from) return Error{from.error()};
-  const Bodies* const state = state_of(head_);
+  const BodyList* const state = state_of(head_);
   if (!state) return wrong("no model of it is worked on");
   const Body& now = *state->find(active_);
   TriDexel model(now.model, now.material_bounds);

@@ -1,22 +1,27 @@
 // SPDX-License-Identifier: MIT
-// What tells that a row was changed or is missing. Each finished step has a seal, a hash over its
-// row and the seal of the one before it; `meta` has the number of them, a hash over all in their
-// order, and one over the versions. And where a document is being written, `meta` says so in the
-// file itself: if the log beside it is lost, with the last steps in it, that is told.
+// Seals, which reveal that a row was changed or is missing. Each finished step has a seal: a hash
+// over its row and its parent's seal, and hashes of its rows in `tick`, `force` and `given`. `meta`
+// holds the number of seals, a hash over all seals in order, a hash over the versions, and one of
+// the head. While a document is written, a mark in `meta` says so. Therefore, the loss of the log,
+// which holds the last steps, is detected.
 #include <kibori/base/file.h>
 #include <kibori/base/hash.h>
 #include <kibori/document/codec.h>
 #include <kibori/document/document.h>
 #include <kibori/document/storage.h>
 
+#include <random>
+
 namespace kibori {
 namespace {
+
+constexpr size_t kHashDigits = 16;
 
 void add(Hash& hash, std::string_view text) {
   hash.add(reinterpret_cast<const uint8_t*>(text.data()), text.size());
 }
 
-// How the lattice, the stock and what it came from begin the chain of steps.
+// The start of the chain of seals: a hash of the lattice, the stock, and its source.
 Result<uint64_t> seal_of_stock(Database& database) {
   Result<Statement> read = database.prepare(
       "SELECT key, value FROM meta WHERE key IN ('lattice', 'stock', 'source') ORDER BY key");
@@ -32,6 +37,19 @@ Result<uint64_t> seal_of_stock(Database& database) {
   return hash.value();
 }
 
+// The key in `meta` of the commit that wrote the file last: the session and the number of the
+// commit in it, and for the first also the commit before it. It shows which file a log belongs to.
+const char* const kCommit = "commit";
+
+const char* const kOtherVersions = "the versions are not those that were named";
+
+// Each step number has another one, so that a changed number is detected.
+std::string seal_of_head(const std::string& head) {
+  Hash hash;
+  add(hash, head);
+  return hash_text(hash.value());
+}
+
 Result<std::string> seal_of_versions(Database& database) {
   Result<Statement> read = database.prepare("SELECT name, step FROM version ORDER BY name");
   if (!read) return Error{read.error()};
@@ -45,35 +63,65 @@ Result<std::string> seal_of_versions(Database& database) {
   return hash_text(hash.value());
 }
 
-// Of a step's row as it stands there, the bodies it left if they are others, and the seal of the
-// one before it.
-Result<uint64_t> seal_of_step(Database& database, StepId step, bool has_bodies) {
-  Result<Statement> read = database.prepare(
-      "SELECT parent, kind, label, json, start, ticks, removed_mm3, hash, made_at, (SELECT value "
-      "FROM seal "
-      "WHERE seal.step = parent) FROM step LEFT JOIN setting ON setting.id = setting WHERE step.id "
-      "= ?");
+// A hash over a step's rows in a table.
+Result<uint64_t> hash_of_blocks(Database& database, BlockTable table, StepId step) {
+  const std::string sql = "SELECT sequence, count, data FROM " + std::string(name_of(table)) +
+                          " WHERE step = ? ORDER BY sequence";
+  Result<Statement> read = database.prepare(sql.c_str());
   if (!read) return Error{read.error()};
   Statement& row = read.value();
-  const Result<bool> there = row.bind(step).row();
-  if (!there) return Error{there.error()};
-  if (!there.value()) return Error{"step " + std::to_string(step) + " is missing"};
   Hash hash;
-  hash.add(static_cast<uint64_t>(step));
+  const Status done = row.bind(step).for_rows([&]() -> Status {
+    add_block(hash, row.integer(0), row.integer(1), row.bytes(2));
+    return Ok{};
+  });
+  return done ? Result<uint64_t>(hash.value()) : Result<uint64_t>(Error{done.error()});
+}
+
+// The columns that seal_of_row reads. Steps without a row in `bodies` have NULL there.
+std::string select_rows(bool has_bodies) {
+  return std::string(
+             "SELECT step.id, parent, kind, label, setting.json, start, ticks, removed_mm3, hash, "
+             "made_at, finished, seal.value, ") +
+         (has_bodies ? "bodies.json" : "NULL") +
+         " FROM step LEFT JOIN setting ON setting.id = setting LEFT JOIN seal ON seal.step = "
+         "step.id" +
+         (has_bodies ? " LEFT JOIN bodies ON bodies.step = step.id" : "");
+}
+
+// The seal of the row that a statement of select_rows is at. `blocks`: the hashes of its blocks as
+// text; empty in seals from before they were included.
+uint64_t seal_of_row(const Statement& row, const std::string& parent_seal,
+                     const std::string& blocks) {
+  Hash hash;
   hash.add(static_cast<uint64_t>(row.integer(0)));
-  for (const int column : {1, 2, 3}) add(hash, row.text(column));
-  const Bytes start = row.bytes(4);
+  hash.add(static_cast<uint64_t>(row.integer(1)));
+  for (const int column : {2, 3, 4}) add(hash, row.text(column));
+  const Bytes start = row.bytes(5);
   hash.add(start.data(), start.size());
-  hash.add(static_cast<uint64_t>(row.integer(5)));
-  hash.add(row.real(6));
-  for (const int column : {7, 8, 9}) add(hash, row.text(column));
-  if (!has_bodies) return hash.value();
-  Result<Statement> bodies = database.prepare("SELECT json FROM bodies WHERE step = ?");
-  if (!bodies) return Error{bodies.error()};
-  const Result<bool> others = bodies.value().bind(step).row();
-  if (!others) return Error{others.error()};
-  if (others.value()) add(hash, bodies.value().text(0));
+  hash.add(static_cast<uint64_t>(row.integer(6)));
+  hash.add(row.real(7));
+  for (const int column : {8, 9}) add(hash, row.text(column));
+  add(hash, parent_seal);
+  if (!row.null(12)) add(hash, row.text(12));
+  if (!blocks.empty()) add(hash, blocks);
   return hash.value();
+}
+
+std::string text_of(const std::array<uint64_t, 3>& blocks) {
+  std::string text;
+  for (const uint64_t hash : blocks) {
+    text += ' ';
+    text += hash_text(hash);
+  }
+  return text;
+}
+
+uint64_t number_of(const std::string& hash) { return std::strtoull(hash.c_str(), nullptr, 16); }
+
+// The part of a seal's text after the hash of the row.
+std::string blocks_of(const std::string& seal) {
+  return seal.size() > kHashDigits ? seal.substr(kHashDigits) : std::string();
 }
 
 uint64_t chained(uint64_t before, uint64_t seal) {
@@ -100,22 +148,38 @@ Status set_meta(Database& database, const char* key, const std::string& value) {
 }  // namespace
 
 Status Document::seal(StepId step) {
-  const Result<std::string> before = meta(storage_->database, "seal"),
-                            count = meta(storage_->database, "sealed_steps");
+  auto& database = storage_->database;
+  const Result<std::string> before = meta(database, "seal"), count = meta(database, "sealed_steps");
   if (!before || !count) return Error{before ? count.error() : before.error()};
-  Result<uint64_t> chain = std::strtoull(before.value().c_str(), nullptr, 16);
-  if (before.value().empty()) chain = seal_of_stock(storage_->database);
+  Result<uint64_t> chain = number_of(before.value());
+  if (before.value().empty()) chain = seal_of_stock(database);
   if (!chain) return Error{chain.error()};
-  const Result<uint64_t> sealed = seal_of_step(storage_->database, step, version_ >= 9);
-  if (!sealed) return Error{sealed.error()};
-  Result<Statement> put = storage_->database.prepare("INSERT OR REPLACE INTO seal VALUES (?, ?)");
+  std::array<uint64_t, 3> blocks{};
+  for (size_t i = 0; i < blocks.size(); i++) {
+    const Result<uint64_t> hash = hash_of_blocks(database, static_cast<BlockTable>(i), step);
+    if (!hash) return Error{hash.error()};
+    blocks[i] = hash.value();
+  }
+  const std::string sql = select_rows(true) + " WHERE step.id = ?";
+  Result<Statement> read = database.prepare(sql.c_str());
+  Result<Statement> parent = database.prepare("SELECT value FROM seal WHERE step = ?");
+  Result<Statement> put = database.prepare("INSERT OR REPLACE INTO seal VALUES (?, ?)");
+  if (!read) return Error{read.error()};
+  if (!parent) return Error{parent.error()};
   if (!put) return Error{put.error()};
-  if (Status s = put.value().bind(step).bind(hash_text(sealed.value())).run(); !s) return s;
-  if (Status s =
-          set_meta(storage_->database, "seal", hash_text(chained(chain.value(), sealed.value())));
-      !s)
+  const Result<bool> there = read.value().bind(step).row();
+  if (!there) return Error{there.error()};
+  if (!there.value()) return Error{"step " + std::to_string(step) + " is missing"};
+  const Result<bool> follows = parent.value().bind(read.value().integer(1)).row();
+  if (!follows) return Error{follows.error()};
+  const uint64_t sealed = seal_of_row(
+      read.value(), follows.value() ? parent.value().text(0) : std::string(), text_of(blocks));
+  if (Status s = put.value().bind(step).bind(hash_text(sealed) + text_of(blocks)).run(); !s)
     return s;
-  return set_meta(storage_->database, "sealed_steps",
+  sealed_blocks_[step] = blocks;
+  if (Status s = set_meta(database, "seal", hash_text(chained(chain.value(), sealed))); !s)
+    return s;
+  return set_meta(database, "sealed_steps",
                   std::to_string(std::strtoll(count.value().c_str(), nullptr, 10) + 1));
 }
 
@@ -142,31 +206,41 @@ Status Document::seal_versions() {
              : Status(Error{now.error()});
 }
 
-Status Document::verify_seals(const std::function<void(const std::string&)>& wrong_at) const {
+Status Document::check_seals(
+    const std::function<void(StepId, const std::string&)>& wrong_at) const {
   if (version_ < 5) return Ok{};
   auto& database = storage_->database;
   Result<uint64_t> chain = seal_of_stock(database);
   if (!chain) return Error{chain.error()};
-  Result<Statement> read = database.prepare(
-      "SELECT step.id, seal.value FROM step LEFT JOIN seal ON seal.step = step.id WHERE finished = "
-      "1 ORDER "
-      "BY "
-      "step.id");
+  const std::string sql = select_rows(version_ >= 9) + " ORDER BY step.id";
+  Result<Statement> read = database.prepare(sql.c_str());
   if (!read) return Error{read.error()};
+  Statement& row = read.value();
+  std::unordered_map<StepId, std::string> seals;
   int64_t count = 0;
   bool rows_hold = true;
-  Status done = read.value().for_rows([&]() -> Status {
-    const StepId step = read.value().integer(0);
-    const Result<uint64_t> sealed = seal_of_step(database, step, version_ >= 9);
-    if (!sealed) return Error{sealed.error()};
-    if (hash_text(sealed.value()) != read.value().text(1)) {
-      rows_hold = false;
-      wrong_at(
-          "step " + std::to_string(step) +
-          ": its label, time, settings, figures or the step before it are not what was written");
+  const auto wrong = [&](StepId step, const std::string& what) {
+    rows_hold = false;
+    wrong_at(step, "step " + std::to_string(step) + what);
+  };
+  Status done = row.for_rows([&]() -> Status {
+    const StepId step = row.integer(0);
+    std::string written = row.text(11);
+    if (row.integer(10) == 0) {
+      if (row.null(11)) return Ok{};
+      seals.emplace(step, std::move(written));
+      wrong(step, " is marked as unfinished, but it was finished");
+      return Ok{};
     }
-    chain = chained(chain.value(), sealed.value());
+    const auto parent = seals.find(row.integer(1));
+    const uint64_t sealed = seal_of_row(row, parent == seals.end() ? std::string() : parent->second,
+                                        blocks_of(written));
+    if (hash_text(sealed) + blocks_of(written) != written)
+      wrong(step,
+            ": its label, time, settings, figures or the step before it are not what was written");
+    chain = chained(chain.value(), sealed);
     count++;
+    seals.emplace(step, std::move(written));
     return Ok{};
   });
   if (!done) return done;
@@ -176,17 +250,66 @@ Status Document::verify_seals(const std::function<void(const std::string&)>& wro
   if (!sealed || !last || !versions || !now) return Error{"the seals can't be read"};
   const long long written = std::strtoll(sealed.value().c_str(), nullptr, 10);
   if (count != written)
-    wrong_at("it has " + std::to_string(count) + " finished steps of " + std::to_string(written));
+    wrong_at(0,
+             "it has " + std::to_string(count) + " finished steps of " + std::to_string(written));
   else if (rows_hold && last.value() != hash_text(chain.value()))
-    wrong_at("the lattice, the stock or the order of the steps is not what was written");
-  if (versions.value() != now.value()) wrong_at("the versions are not those that were named");
+    wrong_at(steps_.begin()->first,
+             "the lattice, the stock or the order of the steps is not what was written");
+  if (versions.value() != now.value()) wrong_at(0, kOtherVersions);
+  const Result<std::string> head = meta(database, "head"), stands = meta(database, "head_seal");
+  if (!head || !stands) return Error{"the head can't be read"};
+  if (!stands.value().empty() && stands.value() != seal_of_head(head.value()))
+    wrong_at(0, "the step that it is at is not the one that was written");
   return Ok{};
 }
 
-// ---- Whether the log is there
+void Document::look_at_seals() {
+  if (version_ < 5) return;
+  const Status read = check_seals([&](StepId step, const std::string& fault) {
+    versions_changed_ |= fault == kOtherVersions;
+    add_damage(step, fault);
+  });
+  if (!read) add_damage(0, "its seals can't be read (" + read.error() + ")");
+  Result<Statement> seals = storage_->database.prepare("SELECT step, value FROM seal");
+  if (!seals) return;
+  static_cast<void>(seals.value().for_rows([&]() -> Status {
+    const std::string blocks = blocks_of(seals.value().text(1));
+    if (blocks.size() != 3 * (kHashDigits + 1)) return Ok{};
+    std::array<uint64_t, 3>& hashes = sealed_blocks_[seals.value().integer(0)];
+    for (size_t i = 0; i < hashes.size(); i++)
+      hashes[i] = number_of(blocks.substr(i * (kHashDigits + 1) + 1, kHashDigits));
+    return Ok{};
+  }));
+}
+
+Status Document::write_head(StepId step) {
+  Result<Statement> put =
+      storage_->database.prepare("UPDATE meta SET value = ? WHERE key = 'head'");
+  if (!put) return Error{put.error()};
+  if (Status s = put.value().bind(step).run(); !s) return s;
+  return set_meta(storage_->database, "head_seal", seal_of_head(std::to_string(step)));
+}
+
+// ---- Check that the log exists
+
+Status Document::count_commit() {
+  if (session_.empty() || !unsaved_.empty()) return Ok{};
+  const std::string first = commits_ == 0 ? " after " + before_session_ : std::string();
+  return set_meta(storage_->database, kCommit,
+                  session_ + " " + std::to_string(commits_ + 1) + first);
+}
 
 Status Document::mark(bool writing) {
   may_go_to_memory_ = may_go_to_memory_ && writing;
+  if (writing) {
+    const Result<std::string> last = meta(storage_->database, kCommit);
+    if (!last) return Error{last.error()};
+    const std::string before = last.value().substr(0, last.value().find(" after "));
+    before_session_ = before.empty() ? "-" : before;
+    std::random_device random;
+    session_ = hash_text(uint64_t{random()} << 32 | random());
+    commits_ = 0;
+  }
   Status marked = commit(writing ? "beginning to write" : "closing", [&]() -> Status {
     if (writing) return set_meta(storage_->database, "writing", "its log is beside it");
     return storage_->database.run("DELETE FROM meta WHERE key = 'writing'");
@@ -199,10 +322,8 @@ Status Document::mark(bool writing) {
 Status Document::look_for_log(bool there) {
   const Result<std::string> marked = meta(storage_->database, "writing");
   if (!marked) return wrong("is a damaged document (" + marked.error() + ")");
-  if (marked.value().empty()) return Ok{};
-  // Whoever writes it next puts the log away.
-  if (there && !writes_) storage_->database.keep_log();
-  if (!there)
+  // The next writer removes the log.
+  if (!there && !marked.value().empty())
     missing_ =
         name() +
         ": its last steps may be missing: what wrote it did not close it, and its -wal file is not "

@@ -2,6 +2,8 @@
 #include <kibori/document/file_lock.h>
 
 #include <cerrno>
+#include <chrono>
+#include <thread>
 
 #include <fcntl.h>
 #include <sys/file.h>
@@ -10,25 +12,50 @@
 
 namespace kibori {
 
+namespace {
+
+std::filesystem::path lock_of(const std::filesystem::path& path) {
+  std::error_code code;
+  const std::filesystem::path real = std::filesystem::weakly_canonical(path, code);
+  return (code ? path : real).string() + "-lock";
+}
+
+}  // namespace
+
+bool FileLock::held(const std::filesystem::path& path) {
+  const int file = ::open(lock_of(path).c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
+  // Only a user who may write the document can lock it, and the lock is as readable as the
+  // document.
+  if (file < 0) return errno == EACCES;
+  const bool held = ::flock(file, LOCK_SH | LOCK_NB) != 0;
+  ::close(file);
+  return held;
+}
+
 Result<FileLock> FileLock::take(const std::filesystem::path& path) {
   std::error_code code;
   const std::string name = sanitize_message(path.string());
-  const std::filesystem::path real = std::filesystem::weakly_canonical(path, code);
   FileLock lock;
-  lock.path_ = (code ? path : real).string() + "-lock";
-  // Again where whoever held it took the file away meanwhile.
+  lock.path_ = lock_of(path);
+  // held() holds the lock for an instant.
+  int refused = 0;
+  // Retries if the previous holder has removed the file in the meantime.
   for (int i = 0; i < 100; i++) {
     const int file = ::open(lock.path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
     if (file < 0 && errno == EACCES && std::filesystem::exists(lock.path_, code))
       return Error{name + ": its lock " + sanitize_message(lock.path_) +
                    " is another user's; close the document there, or remove that file"};
     if (file < 0) return Error{name + ": can't be opened for writing"};
-    // Who may write the document may hold its lock.
+    // Users who may write the document may also lock it.
     struct stat document = {};
     if (::stat(path.c_str(), &document) == 0)
       static_cast<void>(::fchmod(file, document.st_mode & 0666));
     if (::flock(file, LOCK_EX | LOCK_NB) != 0) {
       ::close(file);
+      if (++refused < 10) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+        continue;
+      }
       return Error{name +
                    ": is being written by another process; open it for reading, or close it there"};
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// One writer a document: a lock on a file beside it. SQLite's own locks are for moments, and
-// closing any other descriptor of a database would drop them. Internal to `document`.
+// Allows one writer per document, by a lock on a file next to it. SQLite's own locks are held only
+// briefly, and closing another descriptor of the database drops them. Internal to `document`.
 #pragma once
 
 #include <filesystem>
@@ -20,9 +20,11 @@ class FileLock {
     return *this;
   }
 
-  // Holds `path`-lock, which is gone again when this is. Errors: another holds it; it can't be
-  // made. They name `path`.
+  // Locks `path`-lock. The destructor removes that file. Errors: another process holds the lock, or
+  // the file cannot be created. Errors name `path`.
   static Result<FileLock> take(const std::filesystem::path& path);
+  // True if a process holds the lock of `path`.
+  static bool held(const std::filesystem::path& path);
 
  private:
   void swap(FileLock& other) noexcept {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Numbers and places in JSON that is not to be trusted, and described structs (base/field_info.h).
-// Internal to `document`.
+// Reads numbers and positions from untrusted JSON, and reads and writes described structs
+// (base/field_info.h). Internal to `document`.
 #pragma once
 
 #include <array>
@@ -9,17 +9,14 @@
 #include <string>
 #include <type_traits>
 
-#include <nlohmann/json.hpp>
-
 #include <kibori/base/field_info.h>
 #include <kibori/base/file.h>
+#include <kibori/base/json.h>
 #include <kibori/base/names.h>
 #include <kibori/base/result.h>
 #include <kibori/geometry/vec.h>
 
 namespace kibori {
-
-using Json = nlohmann::json;
 
 inline Json vec(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
 inline bool read_vec(const Json& json, Vec3& v) {
@@ -31,7 +28,7 @@ inline bool read_vec(const Json& json, Vec3& v) {
   return v.allFinite();
 }
 
-// Numbers of a JSON object; the first that is missing or none is remembered.
+// Reads the values of a JSON object. `wrong` describes the first missing or invalid value.
 struct Fields {
   const Json& json;
   std::string wrong = {};
@@ -65,6 +62,15 @@ struct Fields {
     else if (wrong.empty())
       wrong = std::string(key) + " is not text";
   }
+  void get(const char* key, std::array<double, 3>& value) {
+    Vec3 vector;
+    const Json* found = find(key);
+    if (!found) return;
+    if (read_vec(*found, vector))
+      value = {vector.x(), vector.y(), vector.z()};
+    else if (wrong.empty())
+      wrong = std::string(key) + " is not a list of three numbers";
+  }
   void get(const char* key, Vec3& value) {
     const Json* found = find(key);
     if (!found) return;
@@ -75,7 +81,7 @@ struct Fields {
 
 using Rgb8 = std::array<uint8_t, 3>;
 
-// A colour stays as it is where there is none that can be read.
+// Keeps the colour if there is no valid one in the JSON.
 inline void read_color(const Json& json, const char* key, Rgb8& color) {
   const auto found = json.find(key);
   if (found == json.end() || !found->is_array() || found->size() != 3) return;
@@ -84,7 +90,7 @@ inline void read_color(const Json& json, const char* key, Rgb8& color) {
       color[i] = static_cast<uint8_t>((*found)[i].get<unsigned>());
 }
 
-// The fields of a described struct, but for those that are stored where_used.
+// The fields of a described struct, except those stored as where_used.
 template <Described T>
 Json fields_to_json(const T& from) {
   Json json = Json::object();
@@ -105,7 +111,7 @@ Json fields_to_json(const T& from) {
   return json;
 }
 
-// The first error, as a sentence on `what`: "the brush has no radius_mm".
+// Returns the first error as a sentence on `what`: "the brush has no radius_mm".
 template <Described T>
 Status fields_from_json(const Json& json, const std::string& what, T& into) {
   Fields fields{json};

@@ -6,7 +6,7 @@
 namespace kibori {
 namespace {
 
-// A loss of power, or of the log, takes what was written within this time.
+// A power failure, or the loss of the log, loses what was written within this time.
 constexpr auto kEvery = std::chrono::milliseconds(500);
 
 }  // namespace
@@ -25,7 +25,7 @@ void LogKeeper::run() {
   while (!woken_.wait_for(lock, kEvery, [this] { return ends_; })) {
     if (!wrote_.exchange(false)) continue;
     lock.unlock();
-    // The log is synced first. What readers still need stays in it, until the next time.
+    // The log is synced first. Data that readers still need stays in it until the next time.
     if (!database_.run("PRAGMA wal_checkpoint(PASSIVE)")) wrote_ = true;
     lock.lock();
   }

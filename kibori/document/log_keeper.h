@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The thread that brings what a document's log holds onto the disk and into the file itself. It has
-// its own connection, so that whoever writes never waits for the disk. Internal to `document`.
+// The thread that syncs a document's log to the disk and copies it into the file. It has its own
+// connection, so the writer never waits for the disk. Internal to `document`.
 #pragma once
 
 #include <atomic>
@@ -20,18 +20,18 @@ class LogKeeper {
   ~LogKeeper();
   LogKeeper(const LogKeeper&) = delete;
 
-  // Something was committed; within half a second it is on the disk, if the disk keeps up.
+  // Call after a commit. The data is on the disk within half a second, if the disk is fast enough.
   void wrote() { wrote_ = true; }
 
  private:
   void run();
 
-  Database database_;  // of the thread
+  Database database_;  // for the thread
   std::atomic<bool> wrote_{false};
   bool ends_ = false;
-  std::mutex mutex_;  // ends_
+  std::mutex mutex_;  // guards ends_
   std::condition_variable woken_;
-  std::thread thread_;  // begins when all else is there
+  std::thread thread_;  // starts after all other members exist
 };
 
 }  // namespace kibori

@@ -9,7 +9,7 @@
 namespace kibori {
 namespace {
 
-// Where a document may go that can't be written where it belongs, the best first.
+// Folders for a document that is not writable in its place, the best first.
 std::vector<std::filesystem::path> rescue_folders() {
   std::error_code code;
   std::vector<std::filesystem::path> folders = {std::filesystem::temp_directory_path(code)};

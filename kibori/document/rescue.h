@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Where a document goes that can't be written where it belongs, and how its file is removed.
+// Saves a document that is not writable in its place, and removes documents.
 #pragma once
 
 #include <filesystem>
@@ -9,12 +9,12 @@
 
 namespace kibori {
 
-// Saves what could not be saved while it was made: where it belongs, or else into the temporary
-// folder or, where that is full, too, the home folder, the current one or /var/tmp. A sentence on
-// where it is; empty if all is where it belongs.
+// Saves what could not be written during the session. It tries the document's own file first. Then
+// it tries the temporary folder, the home folder, the current folder, and /var/tmp. Returns a
+// sentence with the new location; empty if the own file is complete.
 std::string settle(Document& document);
 
-// Removes the file of a document that is not open, and what SQLite may have left beside it.
+// Removes the file of a closed document, and the files that SQLite may have left next to it.
 void remove_document(const std::filesystem::path& path);
 
 }  // namespace kibori

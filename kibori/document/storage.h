@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a Document writes to. Internal to `document`.
+// The files and connections of a Document. Internal to `document`.
 #pragma once
 
 #include <memory>
@@ -10,14 +10,15 @@
 
 namespace kibori {
 
-// Members are destroyed from the last to the first: the lock is released after the files are
+// Members are destroyed from the last to the first, so the lock is released after the files are
 // closed.
 struct DocumentStorage {
   FileLock lock;
-  // The file, or all of it in memory while the file can't be written.
+  // The file, or a copy in memory while the file is not writable.
   Database database;
   Database file;                      // the file, while `database` is in memory
-  std::unique_ptr<LogKeeper> keeper;  // null: the document is only read
+  std::filesystem::path log;          // the -wal file next to the document
+  std::unique_ptr<LogKeeper> keeper;  // null: the document is open for reading
 };
 
 }  // namespace kibori

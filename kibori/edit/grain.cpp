@@ -13,10 +13,10 @@
 #define KIBORI_GRAIN_SHARED
 namespace kibori {
 
-// Parts of a piece, in rings; and so many at most. Longer, and rings near the pith, which are
-// curved, are not where a straight line through them has them.
+// Length of a part of a piece [rings], and the maximum number of parts. With longer parts, a
+// straight line through the curved rings near the pith would place them wrongly.
 inline constexpr float kPart = 0.25f;
-inline constexpr float kMostParts = 128;
+inline constexpr float kMaxParts = 128;
 
 }  // namespace kibori
 #endif
@@ -25,15 +25,16 @@ HWY_BEFORE_NAMESPACE();
 namespace kibori {
 namespace HWY_NAMESPACE {
 
-// Shorter pieces [rings] are as their middle is; differences of integrals would be rounding.
+// A shorter piece [rings] takes the value at its middle, because differences of integrals would be
+// rounding errors.
 constexpr float kShort = 4e-3f;
-// Where a ray runs along the pith, directions from it have no length: it only keeps 0 / 0 away.
+// Avoids 0 / 0 where a ray runs along the pith.
 constexpr float kNoDistance = 1e-12f;
 
 HWY_INLINE VF Clamp(VF x, VF low, VF high) { return hn::Min(hn::Max(x, low), high); }
 HWY_INLINE VF Mix(VF a, VF b, VF share) { return hn::Add(a, hn::Mul(share, hn::Sub(b, a))); }
 
-// How many rings a point is away from the pith, and how many more each lattice unit along the ray.
+// Distance of a point from the pith [rings], and its slope per lattice unit along the ray.
 struct Rings {
   VF at, slope;
 };
@@ -42,7 +43,7 @@ HWY_INLINE Rings RingsAt(const Grain::View& k, VF u, VF v, VF t) {
   const DF d;
   const DI di;
   const VF zero = hn::Zero(d), one = F(1.0f);
-  // The wave: along u and v first, so that its slope along the ray is at hand.
+  // The wave: interpolate along u and v first, because its slope along the ray is also needed.
   VI from = hn::Zero(di);
   VF part[3];
   const VF place[3] = {u, v, t};
@@ -90,7 +91,7 @@ HWY_INLINE VF LateUntil(VF early, VF part) {
   const VF zero = hn::Zero(DF()), one = F(1.0f);
   const VF size = hn::Sub(one, early), per_size = hn::Div(one, size);
   const VF t = hn::Mul(hn::Max(hn::Sub(part, early), zero), per_size);
-  // Where the ring's end begins.
+  // Start of the ring's end.
   const VF bend = hn::Sub(one, hn::Mul(per_size, F(kEdge)));
   const VF rising = hn::Min(t, bend);
   const VF rise = hn::Mul(hn::Mul(hn::Mul(size, hn::Mul(rising, rising)), rising),
@@ -116,10 +117,10 @@ HWY_INLINE VF MeanLate(const Grain::View& k, VF at, VF length) {
   const VF half = hn::IfThenZeroElse(is_short, hn::Mul(length, F(0.5f)));
   const VF from = hn::Sub(at, half), to = hn::Add(at, half);
   const VF year = hn::Floor(to), part = hn::Sub(to, year), early = EarlyWood(k, year);
-  VF mean = LateAt(early, part);  // of what is short
+  VF mean = LateAt(early, part);  // for short pieces
   if (!hn::AllTrue(d, is_short)) {
     const VF before = hn::Floor(from);
-    const MF over = hn::Lt(before, year);  // the end of a year lies between
+    const MF over = hn::Lt(before, year);  // the end of a year is between
     const VF early_before = hn::IfThenElse(over, EarlyWood(k, before), early);
     VF sum = hn::Sub(LateUntil(early, part), LateUntil(early_before, hn::Sub(from, before)));
     if (!hn::AllFalse(d, over))
@@ -137,8 +138,7 @@ void LateWoodOf(const Grain::View& k, float u_first, float v_at, const float* lo
     const VF u = LanesFrom(u_first, g), v = F(v_at);
     const VF begin = hn::LoadU(d, lo + g * kLanes),
              length = hn::Sub(hn::LoadU(d, hi + g * kLanes), begin);
-    const VF parts =
-        Clamp(hn::Ceil(hn::Mul(length, F(k.per_ring / kPart))), F(1.0f), F(kMostParts));
+    const VF parts = Clamp(hn::Ceil(hn::Mul(length, F(k.per_ring / kPart))), F(1.0f), F(kMaxParts));
     const VF part = hn::Div(length, parts);
     VF sum = hn::Zero(d), number = hn::Zero(d);
     for (MF left = hn::Lt(number, parts); !hn::AllFalse(d, left); left = hn::Lt(number, parts)) {
@@ -162,20 +162,24 @@ HWY_EXPORT(LateWoodOf);
 
 namespace {
 
-// Nodes of the coarse grid along the lattice's longest side: rings there are 26, and their waves
-// five of them long at least, so that a wave has twelve.
+// Nodes of the coarse grid along the lattice's longest side. By default 26 rings fit there, and a
+// wave is at least five rings long. So a wave has twelve nodes.
 constexpr int kNodes = 64;
-// By how many rings a wave may put a point off, and more.
-constexpr int kMostWave = 4;
-// The most years that have an early wood of their own; those beyond are as the last.
-constexpr int kMostYears = 4096;
+// If the width of a ring is given: the step in rings, which is about the same, and the maximum
+// number of nodes. Above it, short waves are smoothed.
+constexpr double kStepRings = 0.41, kMaxNodes = 1e6;
+// Upper bound of a wave's displacement [rings].
+constexpr int kMaxWave = 4;
+// Maximum number of years with their own early wood. Later years use the last value.
+constexpr int kMaxYears = 4096;
 
 }  // namespace
 
 std::shared_ptr<const Grain> Grain::of(const Lattice& lattice,
                                        const std::vector<Material>& materials) {
   if (std::none_of(materials.begin(), materials.end(), has_grain)) return nullptr;
-  return std::make_shared<const Grain>(log_of(lattice.to_mm(lattice.whole())), lattice, materials);
+  return std::make_shared<const Grain>(
+      log_of(lattice.to_mm(lattice.whole()), log_cut_of(materials)), lattice, materials);
 }
 
 Grain::Grain(const Log& log, const Lattice& lattice, const std::vector<Material>& materials)
@@ -183,10 +187,17 @@ Grain::Grain(const Log& log, const Lattice& lattice, const std::vector<Material>
   log_.pith = lattice.to_lattice(log.pith).units;
   log_.ring = log.ring / lattice.pitch_mm;
   kinds_.reserve(materials.size() + 1);
-  for (const Material& m : materials)
-    kinds_.push_back({has_grain(m), m.u_along > 0 && m.u > 0 ? m.u_along / m.u : 1, m.ring});
+  for (const Material& m : materials) {
+    // The law of haptics/chip.h has its own directions.
+    const bool by_direction = !has_chip_law(m) && has_direction(m) && m.u > 0;
+    kinds_.push_back({by_direction || m.ring != 0, by_direction ? m.u_along / m.u : 1, m.ring});
+  }
   if (kinds_.empty()) kinds_.emplace_back();
-  const double step = static_cast<double>(lattice.nodes.maxCoeff()) / kNodes;  // [lattice units]
+  double step = static_cast<double>(lattice.nodes.maxCoeff()) / kNodes;  // [lattice units]
+  if (log_cut_of(materials).ring_mm > 0) {
+    const double volume = lattice.nodes.cast<double>().prod();
+    step = std::max(kStepRings * log_.ring, std::cbrt(volume / kMaxNodes));
+  }
   Index3 count;
   for (int i = 0; i < 3; i++) count[i] = static_cast<int>(std::ceil(lattice.nodes[i] / step)) + 2;
   waves_.reserve(static_cast<size_t>(count.prod()));
@@ -202,8 +213,8 @@ Grain::Grain(const Log& log, const Lattice& lattice, const std::vector<Material>
     farthest = std::max(farthest, (p - log_.pith).norm());
   }
   const int years =
-      static_cast<int>(std::min<double>(kMostYears, farthest / log_.ring)) + 2 * kMostWave;
-  for (int year = -kMostWave; year < years; year++)
+      static_cast<int>(std::min<double>(kMaxYears, farthest / log_.ring)) + 2 * kMaxWave;
+  for (int year = -kMaxWave; year < years; year++)
     early_.push_back(static_cast<float>(early_wood(year)));
   const Index3 stride(1, count[0], count[0] * count[1]);
   for (const Axis axis : kAxes) {
@@ -219,7 +230,7 @@ Grain::Grain(const Log& log, const Lattice& lattice, const std::vector<Material>
     k.per_step = static_cast<float>(1 / step);
     k.waves = waves_.data();
     k.early = early_.data();
-    k.first_year = -kMostWave;
+    k.first_year = -kMaxWave;
     k.last_year = static_cast<float>(years - 1);
   }
 }

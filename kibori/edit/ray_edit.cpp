@@ -31,7 +31,7 @@ void clear_slot(Plane& plane, int slot) {
   plane.out[slot] = -kFar;
 }
 
-// Puts `span` at `plane`, moving what is there and after it one plane on.
+// Inserts `span` at `plane`. Moves the spans from there on to the next planes.
 void insert_span(Field& field, Plane& plane, int slot, Span span) {
   Plane* p = &plane;
   while (!p->empty_at(slot)) {
@@ -43,7 +43,7 @@ void insert_span(Field& field, Plane& plane, int slot, Span span) {
   write_with_paint(field, *p, slot, span);
 }
 
-// Takes the span at `plane` away, moving what follows one plane back.
+// Removes the span at `plane`. Moves the spans after it one plane back.
 void erase_span(Field& field, Plane& plane, int slot) {
   Plane* p = &plane;
   while (p->next && !p->next->empty_at(slot)) {
@@ -96,15 +96,15 @@ void keep_spans(Field& field, Tile& tile, int slot, const std::vector<bool>& kee
 }
 
 void deposit_ray(Field& field, Tile& tile, int slot, float a, float b, uint8_t material) {
-  // `a` moves up through the ray; each gap before a span is filled, joining spans of the same
-  // material.
+  // `a` moves up through the ray. Each gap before a span is filled; spans of the same material are
+  // joined.
   Plane* p = &tile.first;
-  Plane* before = nullptr;  // the span that ends at or before a, if it is right there
+  Plane* before = nullptr;  // the span that ends exactly at a
   while (p && !p->empty_at(slot) && p->out[slot] < a) p = p->next ? p->next : &field.next_plane(*p);
   while (a < b) {
     const bool there = p && !p->empty_at(slot);
     if (there && p->in[slot] <= a) {
-      // Inside (or at the end of) a span: go on from its end.
+      // Inside (or at the end of) a span: continue at its end.
       a = std::max(a, p->out[slot]);
       before = p;
       p = &field.next_plane(*p);

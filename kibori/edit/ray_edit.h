@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Edits of a single ray: what the vectors of tile_kernel.cpp leave over, such as a deposit that
-// joins two spans. Internal to `edit`, `reshape` and `body`.
+// Edits of a single ray: the cases that the vectors of tile_kernel.cpp cannot handle, such as a
+// deposit that joins two spans. Internal to `edit`, `reshape` and `body`.
 #pragma once
 
 #include <vector>
@@ -9,14 +9,14 @@
 
 namespace kibori {
 
-// Takes [a, b) away from the ray in `slot`. New ends keep the normals that were there; the caller
-// sets them.
+// Removes [a, b) from the ray in `slot`. New ends keep the previous normals; the caller sets them.
 void cut_ray(Field& field, Tile& tile, int slot, float a, float b);
 
-// Takes from the ray in `slot` all spans but those of `keep`: one for each that it has, in order.
+// Keeps the spans of the ray in `slot` whose flag in `keep` is set, and removes the others. `keep`:
+// one flag per span, in order.
 void keep_spans(Field& field, Tile& tile, int slot, const std::vector<bool>& keep);
 
-// Fills what is empty of [a, b) with `material`; spans of the same material that touch become one.
+// Fills the empty parts of [a, b) with `material`. Touching spans of the same material are joined.
 void deposit_ray(Field& field, Tile& tile, int slot, float a, float b, uint8_t material);
 
 }  // namespace kibori

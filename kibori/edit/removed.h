@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What an edit took away (or put there), by material, in lattice units: enough to compute any of
-// the force models without looking at the model again.
+// Sums over what an edit removed or added, by material, in lattice units. They suffice to compute
+// each force model without the model.
 #pragma once
 
 #include <array>
@@ -13,104 +13,135 @@
 
 namespace kibori {
 
+// A set of cells of the lattice along one axis, by index modulo 256: those in which something was
+// removed.
+class CellSet {
+ public:
+  static constexpr int kCells = 256;
+  // Adds the cells first .. first + 15 whose bits are set; `first` is a multiple of 16.
+  void add16(int first, unsigned bits) {
+    words_[static_cast<size_t>(first / 64) % 4] |= uint64_t{bits} << (first % 64);
+  }
+  void add(const CellSet& other) {
+    for (size_t i = 0; i < 4; i++) words_[i] |= other.words_[i];
+  }
+  void clear() { words_ = {}; }
+  // Share of the cells between the first and the last that are not in the set. Returns 0 for fewer
+  // than two separate runs.
+  double gaps() const;
+
+ private:
+  std::array<uint64_t, 4> words_{};
+};
+
 // Sums over the removed part of one material. Positions are lattice coordinates (lattice units from
-// the lattice's lower corner); volumes are lattice units^3.
+// the lattice's lower corner). Volumes are lattice units^3, as in dexel/volume.h.
 struct RemovedPart {
-  // By field (x, y, z): volume as that field measures it, and first moment about the reference
-  // point.
-  std::array<double, 3> volume;
-  std::array<Vec3, 3> moment;
-  int64_t points;                   // lattice nodes, decided by the z field
+  int64_t points;                   // lattice nodes
   std::array<int64_t, 3> node_sum;  // sums of their indices
-  // Where wood is felt (edit/grain.h): the same sums, each bit as much as it resists, over its
-  // material's u. Meaningful while `felt`.
-  bool felt;
-  // Whether these are of what the tool's surface passed (Motion::passing) instead of lengths. Let t
-  // be when the surface passes a place, from 0 to 1, and s the tool's shift. As s . grad t = 1,
-  // what is removed is the sum over the fields of the integral of s_i dt/dx_i: each piece of a ray
-  // counts by s_i and how much later the surface passes its end than its beginning. The sum over
-  // all three is the volume, each by itself is not. A face that lies along a field's rays removes a
-  // whole row of them at once now and then; t is the same all along such a piece, so it does not
-  // count.
-  bool passed;
-  std::array<double, 3> felt_volume;
-  std::array<Vec3, 3> felt_moment;
-  bool turning;  // whether there are turn sums
+  double correction;                // of the ends of all fields
+  Vec3 moment;                      // first moment of the volume about Motion::reference
+  // Wood with a grain (edit/grain.h): the same sums, each element weighted by its resistance over
+  // its material's u. Valid if `weighted`.
+  bool weighted;
+  double weighted_volume;
+  Vec3 weighted_moment;
+  bool turning;  // there are turn sums
+  // Every element dV resists its own displacement s, with f = dV s/|s|^2.
   struct TurnSums {
-    // Every element resists against its own displacement s. By field, sums of f = dV w s/|s|^2 with
-    // w = (component of s along the field's rays)^2 / |s|^2, of its moments about the reference
-    // point, and of dV w.
-    std::array<Vec3, 3> force;
-    std::array<Vec3, 3> moment;       // r x f
-    std::array<Vec3, 3> moment_axis;  // (height along the tool) e_z x f: the five-DOF part
-    std::array<double, 3> volume;
+    Vec3 force;        // f
+    Vec3 moment;       // r x f, r from Motion::reference
+    Vec3 moment_axis;  // (height along the tool) e_z x f: the five-DOF part
   };
-  const TurnSums& turn() const { return turn_; }  // meaningful while `turning`
+  const TurnSums& turn() const { return turn_; }  // valid if `turning`
   TurnSums& turn() {
     if (!turning) {
-      const Vec3 o = Vec3::Zero();
-      turn_ = {{o, o, o}, {o, o, o}, {o, o, o}, {0, 0, 0}};
+      turn_ = {Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};
       turning = true;
     }
     return turn_;
   }
 
-  // What resists, over the material's u.
-  double resisting(size_t field) const { return felt ? felt_volume[field] : volume[field]; }
-  const Vec3& resisting_moment(size_t field) const {
-    return felt ? felt_moment[field] : moment[field];
+  bool has_chip;  // there are chip sums
+  // For the shape of the chip (haptics/chip.h).
+  struct ChipSums {
+    // Second moments of the volume about Motion::reference: xx, yy, zz, xy, xz, yz.
+    std::array<double, 6> second;
+    // Over the ends that the tool made: area element |n_i| (n.p)+, and the same times n. n is the
+    // tool's outward normal, p the direction of the motion.
+    double front;
+    Vec3 front_normal;
+    // Volume from the lengths of the rays, each field weighted by Motion::length_weights. It is
+    // biased for thin cuts, but grows evenly as the tool advances.
+    double length;
+    std::array<CellSet, 3> cells;  // along x, y and z
+    // While turning, s is each element's own displacement: sums of dV/|s| and of |s| dV.
+    double section, path_volume;
+  };
+  const ChipSums& chip() const { return chip_; }  // valid if `has_chip`
+  ChipSums& chip() {
+    if (!has_chip) {
+      chip_ = {{}, 0, Vec3::Zero(), 0, {}, 0, 0};
+      has_chip = true;
+    }
+    return chip_;
   }
-  void feel() {
-    if (felt) return;
-    felt_volume = {0, 0, 0};
-    felt_moment = {Vec3(Vec3::Zero()), Vec3(Vec3::Zero()), Vec3(Vec3::Zero())};
-    felt = true;
-    passed = false;
+
+  // The sum over edits equals the missing volume.
+  double volume() const { return static_cast<double>(points) + correction; }
+  // Volume weighted by resistance over the material's u, and its first moment.
+  double resisting() const { return weighted ? weighted_volume : volume(); }
+  const Vec3& resisting_moment() const { return weighted ? weighted_moment : moment; }
+  void start_weighted_sums() {
+    if (weighted) return;
+    weighted_volume = 0;
+    weighted_moment = Vec3::Zero();
+    weighted = true;
   }
 
   void clear() {
-    volume = {0, 0, 0};
-    moment = {Vec3(Vec3::Zero()), Vec3(Vec3::Zero()), Vec3(Vec3::Zero())};
     points = 0;
     node_sum = {0, 0, 0};
-    felt = passed = false;
-    turning = false;  // leaves turn_ alone
+    correction = 0;
+    moment = Vec3::Zero();
+    weighted = turning = has_chip = false;  // does not clear turn_ and chip_
   }
-  // sign: -1 takes the other's sums away.
+  // sign: -1 subtracts the other's sums.
   void add(const RemovedPart& other, int sign = 1) {
-    for (size_t i = 0; i < 3; i++) {
-      volume[i] += sign * other.volume[i];
-      moment[i] += sign * other.moment[i];
-      node_sum[i] += sign * other.node_sum[i];
-    }
     points += sign * other.points;
-    if (other.felt) {
-      feel();
-      passed |= other.passed;
-      for (size_t i = 0; i < 3; i++) {
-        felt_volume[i] += sign * other.felt_volume[i];
-        felt_moment[i] += sign * other.felt_moment[i];
-      }
+    for (size_t i = 0; i < 3; i++) node_sum[i] += sign * other.node_sum[i];
+    correction += sign * other.correction;
+    moment += sign * other.moment;
+    if (other.weighted) {
+      start_weighted_sums();
+      weighted_volume += sign * other.weighted_volume;
+      weighted_moment += sign * other.weighted_moment;
+    }
+    if (other.has_chip) {
+      ChipSums& sums = chip();
+      for (size_t i = 0; i < 6; i++) sums.second[i] += sign * other.chip_.second[i];
+      sums.front += sign * other.chip_.front;
+      sums.front_normal += sign * other.chip_.front_normal;
+      sums.length += sign * other.chip_.length;
+      for (size_t i = 0; i < 3; i++) sums.cells[i].add(other.chip_.cells[i]);
+      sums.section += sign * other.chip_.section;
+      sums.path_volume += sign * other.chip_.path_volume;
     }
     if (!other.turning) return;
     TurnSums& sums = turn();
-    for (size_t i = 0; i < 3; i++) {
-      sums.force[i] += sign * other.turn_.force[i];
-      sums.moment[i] += sign * other.turn_.moment[i];
-      sums.moment_axis[i] += sign * other.turn_.moment_axis[i];
-      sums.volume[i] += sign * other.turn_.volume[i];
-    }
+    sums.force += sign * other.turn_.force;
+    sums.moment += sign * other.turn_.moment;
+    sums.moment_axis += sign * other.turn_.moment_axis;
   }
-  // Mean of the three fields; summed over edits it telescopes to exactly what is missing.
-  double mean_volume() const { return (volume[0] + volume[1] + volume[2]) / 3; }
 
  private:
   TurnSums turn_;
+  ChipSums chip_;
 };
 
 class Removed {
  public:
-  Removed() {}  // leaves parts_ alone: 64 parts are not cleared every tick
+  Removed() {}  // does not clear parts_: clearing 64 parts every tick takes too long
 
   bool has(int material) const { return (mask_ >> material) & 1; }
   const RemovedPart& part(int material) const { return parts_[static_cast<size_t>(material)]; }
@@ -121,7 +152,7 @@ class Removed {
     }
     return parts_[static_cast<size_t>(material)];
   }
-  // Calls f(material, part) for the materials present.
+  // Calls f(material, part) for each material that is present.
   template <class F>
   void for_parts(F&& f) const {
     for (uint64_t left = mask_; left; left &= left - 1) {
@@ -140,11 +171,13 @@ class Removed {
     clipped = false;
   }
 
-  double mean_volume() const {
+  double volume() const {
     double sum = 0;
-    for_parts([&](int, const RemovedPart& p) { sum += p.mean_volume(); });
+    for_parts([&](int, const RemovedPart& p) { sum += p.volume(); });
     return sum;
   }
+  // Chip sums: cells along x, y and z in which something was removed, over all materials.
+  std::array<CellSet, 3> cells() const;
   int64_t points() const {
     int64_t sum = 0;
     for_parts([&](int, const RemovedPart& p) { sum += p.points; });
@@ -152,11 +185,11 @@ class Removed {
   }
 
   int64_t ends_painted = 0;
-  bool clipped = false;  // a deposit reached beyond the lattice, and that part was dropped
+  bool clipped = false;  // a deposit reached beyond the lattice; that part was dropped
 
  private:
   uint64_t mask_ = 0;
-  std::array<RemovedPart, kMaxMaterials> parts_;  // meaningful where mask_ says so
+  std::array<RemovedPart, kMaxMaterials> parts_;  // valid where mask_ is set
 };
 
 }  // namespace kibori

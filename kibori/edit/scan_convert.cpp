@@ -21,7 +21,7 @@ namespace {
 
 struct Crossing {
   float depth;
-  uint32_t face;  // triangle index * 2 + (1 where the ray goes in)
+  uint32_t face;  // triangle index * 2 + (1 where the ray enters)
 };
 
 struct RaySpan {
@@ -29,7 +29,7 @@ struct RaySpan {
   uint32_t normal_in, normal_out;
 };
 
-// One field before it has tiles: the spans of ray v * nu + u are spans[first[ray]] ..
+// One field before it has tiles. The spans of ray v * nu + u are spans[first[ray]] ..
 // spans[first[ray + 1]].
 struct RayTable {
   Axis axis;
@@ -38,9 +38,9 @@ struct RayTable {
   std::vector<RaySpan> spans;
   std::vector<uint8_t> open;  // by ray
   int64_t rays_met = 0, rays_open = 0;
-  uint64_t crossings = 0;  // in all
-  bool too_many = false;   // more crossings than can be held: the table was not made
-  bool too_often = false;  // more on average of a ray than any solid has: likewise
+  uint64_t crossings = 0;  // total
+  bool too_many = false;   // more crossings than fit in memory: the table is not built
+  bool too_often = false;  // more crossings per ray than in any real solid: the table is not built
 
   size_t rays() const { return static_cast<size_t>(nu) * static_cast<size_t>(nv); }
   size_t ray(int u, int v) const {
@@ -51,20 +51,21 @@ struct RayTable {
 // Nodes k of a span: k + 1/2 in [in, out).
 int first_node(float depth) { return static_cast<int>(std::ceil(depth - 0.5f)); }
 
-// Ray crossings of one field; indices of them are 32 bits.
+// Maximum number of ray crossings of one field; their indices are 32 bits.
 constexpr uint64_t kMaxCrossings = 0xf0000000u;
-// And on average of a ray: dense foams have a tenth of it, thousands of sheets in one place more.
+// Maximum mean number of crossings per ray. Dense foams have a tenth of it; thousands of coincident
+// sheets have more.
 constexpr uint64_t kMaxCrossingsARay = 1024;
 double crossing_bytes(uint64_t count) {
   return static_cast<double>(count) * (sizeof(Crossing) + sizeof(RaySpan) / 2.0);
 }
 
-// How far [cells] a span's end may lie from a node before losing that node's vote counts as more
-// than rounding.
+// Distance [cells] between a span's end and a node. If smaller, losing that node's vote counts as
+// rounding.
 constexpr float kRounding = 1e-2f;
 
-// What a mesh may stand out of its lattice [cells], as rounding of its placement leaves it; snapped
-// to the lattice's face then. Larger, and spans begin outside of it.
+// Distance [cells] by which a mesh may exceed its lattice, due to rounding of its placement. Such
+// points are snapped to the lattice's face. If larger, spans would begin outside of it.
 constexpr double kFitSlack = 1e-6;
 
 // Crossings by ray: those of ray r are all[start[r]] .. all[start[r + 1]].
@@ -73,7 +74,7 @@ struct CrossingTable {
   std::vector<Crossing> all;
 };
 
-// Finds the crossings of a table's rays and counts them in the table. Where they cannot be held, it
+// Finds the crossings of a table's rays and counts them in the table. If there are too many, it
 // sets `too_often` or `too_many` there and returns none.
 CrossingTable find_crossings(const std::vector<LatticePoint>& points, const TriangleMesh& mesh,
                              RayTable& table) {
@@ -81,8 +82,8 @@ CrossingTable find_crossings(const std::vector<LatticePoint>& points, const Tria
   std::vector<SnappedPoint> snapped(points.size());
   for (size_t i = 0; i < points.size(); i++) snapped[i] = snap(points[i], table.axis);
 
-  // Two passes over the triangles: count, then fill. Scanning twice is cheaper than growing a list
-  // per ray.
+  // Two passes over the triangles: count, then fill. This takes less time than growing a list per
+  // ray.
   std::vector<uint32_t> start(table.rays() + 1, 0);
   const uint64_t max = std::min(kMaxCrossings, kMaxCrossingsARay * table.rays());
   const auto scan = [&](auto&& f) {
@@ -126,15 +127,16 @@ void add_ray(RayTable& table, size_t ray, std::span<Crossing> crossings, Code&& 
     table.open[ray] = 1;
     table.rays_open++;
   }
-  // An open ray is only a guess: in and out by turns, if its crossings are even in number.
+  // An open ray is only a guess: its crossings alternate between in and out, if their number is
+  // even.
   if (!closed && crossings.size() % 2 != 0) return;
   winding = 0;
   RaySpan span{};
   for (const Crossing& crossing : crossings) {
     const int before = winding;
     winding = closed ? winding + (crossing.face & 1 ? 1 : -1) : 1 - winding;
-    // The code's depth sign follows from the end; a face seen from behind (an inside-out part)
-    // turns round.
+    // The end determines the sign of the code's depth component. The normal of a face seen from
+    // behind (an inside-out part) is reversed.
     const bool faces_ray = (crossing.face & 1) != 0;
     if (before == 0) {
       span.in = crossing.depth;
@@ -180,13 +182,13 @@ RayTable make_table(const std::vector<LatticePoint>& points, const TriangleMesh&
   return table;
 }
 
-// Where a run of nodes that a field had wrong begins or ends; along one ray they come in order.
+// Start or end of a run of nodes that a field has wrong. Along a ray they are in order.
 struct Toggle {
   uint32_t ray;
   uint16_t depth;
 };
 
-// Slices of constant y: rows of z, bits of x.
+// Votes slice by slice, at constant y: rows of z, bits of x.
 class Vote {
  public:
   explicit Vote(const std::array<RayTable, 3>& tables)
@@ -224,8 +226,7 @@ class Vote {
   }
 
  private:
-  // Calls f(y, x, z) for the first node of each span of the y field, and for the node after its
-  // last.
+  // Calls f(y, x, z) twice for each span of the y field: first node, and node after the last.
   template <class F>
   void for_y_ends(F&& f) const {
     for (int x = 0; x < nx_; x++)
@@ -240,7 +241,7 @@ class Vote {
       }
   }
 
-  // The y field runs across the slices: its spans' ends are listed by slice.
+  // The y field runs across the slices, so its spans' ends are listed by slice.
   void list_y_ends() {
     y_start_.assign(static_cast<size_t>(ny_) + 2, 0);
     for_y_ends([&](int y, int, int) { y_start_[static_cast<size_t>(y) + 1]++; });
@@ -259,7 +260,7 @@ class Vote {
         if (y_.open[y_.ray(z, x)]) set(open_y_, z, x);
   }
 
-  // What each field says of the nodes of a slice. In the y field, the slice before is known.
+  // Reads the nodes of a slice from each field. The y field continues from the previous slice.
   void read_slice(int y) {
     for (uint32_t i = y_start_[static_cast<size_t>(y)]; i < y_start_[static_cast<size_t>(y) + 1];
          i++)
@@ -286,7 +287,7 @@ class Vote {
     for (size_t i = words_; i < slice; i++) in_z_[i] ^= in_z_[i - words_];
   }
 
-  // Votes on the nodes of a row, 64 at once, and notes where wrong runs of a field begin or end.
+  // Votes on the nodes of a row, 64 at once. Records where wrong runs of a field begin or end.
   void vote_row(int y, int z) {
     uint64_t carry = 0;
     for (size_t w = 0; w < words_; w++) {
@@ -295,7 +296,7 @@ class Vote {
       if (a == b && b == c && (carry | wrong_y_[i] | wrong_z_[w]) == 0) continue;
       uint64_t inside = (a & b) | (b & c) | (a & c);
       if (any_open_) {
-        // Where one closed ray stands against two open ones, it alone knows.
+        // If one ray is closed and two are open, only the closed one decides.
         const uint64_t ox = x_.open[x_.ray(y, z)] ? ~uint64_t{0} : 0, oy = open_y_[i],
                        oz = open_z_[w];
         const uint64_t only_x = ~ox & oy & oz, only_y = ox & ~oy & oz, only_z = ox & oy & ~oz;
@@ -347,19 +348,20 @@ class Vote {
   const size_t words_;
   const bool any_open_;
   std::array<std::vector<Toggle>, 3> wrong_;  // by field
-  // Slice y's ends of the y field's spans are y_ends_[y_start_[y]] .. y_ends_[y_start_[y + 1]]:
-  // z in the upper 16 bits, x in the lower.
+  // Slice y's ends of the y field's spans are y_ends_[y_start_[y]] .. y_ends_[y_start_[y + 1]]: z
+  // in the upper 16 bits, x in the lower.
   std::vector<uint32_t> y_start_, y_ends_;
-  // Of the slice, a row of words for each z: nodes that are inside by each field; open rays.
+  // Of the current slice, a row of words for each z: nodes that are inside by each field; open
+  // rays.
   std::vector<uint64_t> in_x_, in_y_, in_z_, open_y_, open_z_;
-  // Nodes that a field had wrong: in the slice before, in the row before.
+  // Nodes that a field has wrong: in the previous slice, in the previous row.
   std::vector<uint64_t> wrong_y_, wrong_z_;
 };
 
-// Rebuilds the rays that lost votes, keeping every crossing that still serves.
+// Rebuilds the rays that lost votes. Keeps every crossing that is still valid.
 void apply_toggles(RayTable& table, const std::vector<Toggle>& wrong, ScanReport& report) {
   if (wrong.empty()) return;
-  // By ray; their order along each ray stays.
+  // Sort by ray; the order along each ray is kept.
   std::vector<uint32_t> start(table.rays() + 1, 0);
   for (const Toggle& t : wrong) start[t.ray + 1]++;
   for (size_t i = 0; i < table.rays(); i++) start[i + 1] += start[i];
@@ -396,7 +398,7 @@ void apply_toggles(RayTable& table, const std::vector<Toggle>& wrong, ScanReport
       report.outvoted += rounding ? 0 : k1 - k0;
     }
     std::sort(edges.begin(), edges.end());
-    // Runs of inside nodes lie between edges that occur an odd number of times.
+    // Runs of inside nodes are between edges that occur an odd number of times.
     std::vector<int> kept;
     for (size_t i = 0; i < edges.size();) {
       size_t j = i;
@@ -518,7 +520,7 @@ Result<ScanReport> scan_convert(TriDexel& model, const TriangleMesh& mesh, uint8
     return Error{
         percent(broken) +
         " of the rays that meet the mesh find it open (holes, or triangles that face both ways); "
-        "close it first, or take what a vote makes of it with --force"};
+        "close it first, or let a vote of the three directions repair it (command line: --force)"};
   }
   const std::array<std::vector<Toggle>, 3> wrong = Vote(tables).count();
   for (size_t i = 0; i < 3; i++) apply_toggles(tables[i], wrong[i], report);

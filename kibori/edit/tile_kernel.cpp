@@ -1,21 +1,23 @@
 // SPDX-License-Identifier: MIT
-//
-// A cut meets a ray's span [in, out) with the tool's [a, b) in one of these ways:
+// The inner loop of every edit. A cut meets a ray's span [in, out) with the tool's [a, b) in one of
+// these ways:
 //
 //   a══in══b── out        front     masked store: in = b
 //   in ──a══out══b        back      masked store: out = a
 //   in ──a══════b── out   split     masked stores, here and in the next plane with room, or scalar
 //   a══in══out══b         vanish    masked store; later planes then move up
 //
-// so vectors do nearly all of it. What was removed is summed by the vectors row by row, before the
-// row is written, in an order that does not depend on the vector's width. For tools of one interval
-// a ray, cut and contact give the same answer to the bit; where a solid has several layers, the
-// second finds what the first has left, and the order of additions differs.
+// So vectors do nearly all of the work. They sum what was removed row by row, before the row is
+// written. The order of additions does not depend on the vector's width. The sums need the normals
+// of the tool's ends in material, so the solid computes these first. For tools with one interval
+// per ray, cut and contact give the same result to the bit. If a solid has several layers, a cut's
+// second layer finds what the first has left. Then the order of additions differs.
 #include <kibori/edit/tile_kernel.h>
 
 #include <cmath>
 
 #include <kibori/base/vector_unit.h>
+#include <kibori/dexel/volume.h>
 #include <kibori/edit/ray_edit.h>
 
 #undef HWY_TARGET_INCLUDE
@@ -27,47 +29,62 @@
 #define KIBORI_TILE_KERNEL_SHARED
 namespace kibori {
 
-// The sums of all lanes; `by_lane`: each lane weighted by its number.
+// Sums of all lanes; `by_lane`: each lane weighted by its index.
 struct LaneTotals {
   double of[LaneSums::kCount], by_lane[LaneSums::kCount];
 };
 
-// Whether sums need the scalar path: per element while turning, per span where materials mix.
+// True if sums need the scalar path: per element while turning, per span if materials mix.
 inline bool scalar_sums(const TileJob& job) {
   return job.request.motion->turning || job.sums_material == kMixedMaterial ||
          (job.request.deep && job.rays.axis == Axis::z);
 }
-inline bool grain_felt(const TileJob& job, uint8_t material) {
+inline bool has_grain(const TileJob& job, uint8_t material) {
   const Grain* const grain = job.request.motion->grain;
-  return grain && grain->felt(material);
+  return grain && grain->has_effect(material);
 }
-// Whether what resists is summed as what the tool's surface passed.
-inline bool sums_passed(const TileJob& job) {
-  const Operation operation = job.request.operation;
-  return job.request.motion->passing && !job.request.motion->turning &&
-         (operation == Operation::cut || operation == Operation::contact);
+inline bool is_growing(Operation operation) {
+  return operation == Operation::deposit || operation == Operation::deposit_contact;
 }
-// From now on the tile is the model's own: a copy of what snapshots share.
+// The solid fills in the normals at `job.ends`. Clears the marks.
+void request_normals(TileJob& job);
+// Makes the tile the model's own. Copies it if snapshots share it.
 inline void make_writable(TileJob& job) {
   job.tile = job.writable = &job.request.field->writable(job.tu, job.tv);
 }
-// A row's number as a float, so that vectors can load it.
+// A cell counts as met if at least this length [cells] is removed in it. Less may be rounding.
+inline constexpr float kMinMet = 0.02f;
+// Index of a row as a float, so that vectors can load it.
 inline constexpr float kRowNumber[kTileSide] = {0, 1, 2,  3,  4,  5,  6,  7,
                                                 8, 9, 10, 11, 12, 13, 14, 15};
 
-// Scalar sums for tiles of mixed material and for turning tools: one overlap [lo, hi) of one ray;
-// `late` of it is late wood.
-void add_overlap(TileJob& job, int row, int lane, float lo, float hi, uint8_t material, double sign,
-                 double late);
-// Of such an overlap: what the tool's surface passed, and that by twice the depth from t_ref.
-void add_passed(TileJob& job, int row, int lane, uint8_t material, double passed, double passed_t2,
-                double late);
-
-// Ends beyond this [cells] are no surface.
-inline constexpr float kBeyond = 1e6f;
-// Where the surface goes less than this share of the tool's way along a ray it all but slides along
-// itself; float32 would make something of nothing there.
-inline constexpr float kSlides = 0.1f;
+// One overlap [lo, hi) of one ray, the weights of its ends, and whether the ends are the tool's.
+// `added`: the whole of a deposit's interval; its overlaps are subtracted from it.
+struct Overlap {
+  float lo, hi, weight_lo, weight_hi;
+  bool tool_lo, tool_hi;
+  bool added = false;
+};
+// Whose end is tied to a node of a ray along x or y: the material's, whose end vanishes; the
+// tool's, which is an end from now on; or the material's that a deposit touches exactly.
+enum class EndOf : uint8_t { material, tool, met };
+inline EndOf end_of(bool by_tool, bool added) {
+  return by_tool ? EndOf::tool : added ? EndOf::met : EndOf::material;
+}
+// True if the piece that is removed or added holds node k, to which its end is tied
+// (dexel/volume.h). Ends that vanish ask the z field before the edit. New ends ask the z field as
+// it will be afterwards. So what edits remove adds up to the missing volume. `material`: that of an
+// end that vanishes, or of the piece that a tool shortens.
+bool holds_node(TileJob& job, int row, int lane, int k, EndOf end, int material);
+// Scalar sums for tiles of mixed material and for turning tools. `late`: share of late wood in the
+// overlap.
+void add_overlap(TileJob& job, int row, int lane, const Overlap& overlap, uint8_t material,
+                 int sign, double late);
+// Direction of a motion that does not turn, in the field's order u, v, depth; zero at rest.
+struct FieldDirection {
+  float u, v, t;
+};
+FieldDirection direction_in_field(const TileJob& job);
 
 }  // namespace kibori
 #endif
@@ -93,10 +110,16 @@ HWY_INLINE void AddDoubles(double* to, VF x, double factor) {
 #endif
 }
 
-// What is summed of each overlap [lo, hi).
-enum Summed : unsigned { kNothing = 0, kLengths = 1, kNodes = 2, kFelt = 4, kPassed = 8 };
+// What is summed for each overlap [lo, hi).
+enum Summed : unsigned {
+  kNothing = 0,
+  kCorrections = 1,
+  kNodes = 2,
+  kWeighted = 4,
+  kLengths = 8  // instead of corrections and nodes: see Motion::along
+};
 
-// The mean of late_wood over overlaps of the rays of a row, from the lane `at` on.
+// Mean of late_wood over overlaps of the rays of a row, from the lane `at` on.
 HWY_INLINE void LateWood(const TileJob& job, size_t row, size_t at, const float* lo,
                          const float* hi, size_t count, float* late) {
   const float u = static_cast<float>(job.rays.u0) + static_cast<float>(at) + 0.5f,
@@ -104,137 +127,198 @@ HWY_INLINE void LateWood(const TileJob& job, size_t row, size_t at, const float*
   job.request.motion->grain->late_wood_of(job.rays.axis, u, v, lo, hi, count, late);
 }
 
-// How far the tool's surface goes along the rays of a row [cells], out of the tool, at that end of
-// its intervals: by how these ends go on from ray to ray.
-HWY_INLINE VF Advance(const TileJob& job, size_t row, size_t g, bool at_hi) {
+// depth_weight of normal_code.h.
+HWY_INLINE VF DepthWeight(VU code) {
   const DF d;
-  const SpanLayer& spans = job.spans;
-  const float* const ends = at_hi ? spans.hi : spans.lo;
-  const auto end_at = [&](size_t of_row, size_t group) HWY_ATTR {
-    const size_t slot = of_row * kTileSide + group * kLanes;
-    const MF there = hn::Lt(hn::Load(d, spans.lo + slot), hn::Load(d, spans.hi + slot));
-    return hn::IfThenElse(there, hn::Load(d, ends + slot), F(kFar));
-  };
-  const auto beside = [&](size_t of_row) HWY_ATTR {
-    return of_row < kTileSide && ((spans.rows >> of_row) & 1) ? end_at(of_row, g) : F(kFar);
-  };
-  const VF end = end_at(row, g);
-  const auto slope = [&](VF before, VF after) HWY_ATTR {
-    const MF down = hn::Lt(hn::Abs(before), F(kBeyond)), up = hn::Lt(hn::Abs(after), F(kBeyond));
-    const VF rise = hn::Add(hn::IfThenElseZero(down, hn::Sub(end, before)),
-                            hn::IfThenElseZero(up, hn::Sub(after, end)));
-    return hn::IfThenElse(hn::And(down, up), hn::Mul(rise, F(0.5f)), rise);
-  };
-  alignas(64) float line[3 * kRow];
-  line[kRow - 1] = line[2 * kRow] = kFar;
-  for (size_t group = 0; group < kGroups; group++)
-    hn::Store(end_at(row, group), d, line + kRow + group * kLanes);
-  const float* const here = line + kRow + g * kLanes;
-  const LatticeVector& shift = job.request.motion->shift;
-  const Axis axis = job.rays.axis;
-  const auto along = [&](int world) { return F(static_cast<float>(shift.units[world])); };
-  const VF way = hn::Sub(
-      hn::Sub(along(depth_index(axis)),
-              hn::Mul(along(u_index(axis)), slope(hn::LoadU(d, here - 1), hn::LoadU(d, here + 1)))),
-      hn::Mul(along(v_index(axis)), slope(beside(row - 1), beside(row + 1))));
-  return hn::IfThenElseZero(hn::Lt(hn::Abs(end), F(kBeyond)), at_hi ? way : hn::Neg(way));
+  const DI di;
+  const VI both = hn::BitCast(di, code);
+  const VF u = hn::ConvertTo(d, hn::ShiftRight<16>(hn::ShiftLeft<16>(both))),
+           v = hn::ConvertTo(d, hn::ShiftRight<16>(both));
+  const VF across2 = hn::Add(hn::Mul(u, u), hn::Mul(v, v));
+  return hn::Max(hn::Zero(d), hn::Sub(F(1.0f), hn::Mul(F(1 / (32767.0f * 32767.0f)), across2)));
 }
 
-// Overlaps [lo, hi) of rays of a row: what the tool's surface passed of them, and that by twice the
-// depth from t_ref. Material goes on at the ends that are `made`, so the tool's surface is there.
-struct Passed {
-  VF way, way_t2;
-
-  HWY_INLINE Passed(const TileJob& job, size_t row, size_t g, MF hit, MF made_lo, MF made_hi, VF lo,
-                    VF hi, VF twice_ref) {
-    const DF d;
-    const Vec3& shift = job.request.motion->shift.units;
-    const double size = shift.norm(), along = shift[depth_index(job.rays.axis)];
-    const VF len = hn::Sub(hi, lo), zero = hn::Zero(d);
-    way = way_t2 = zero;
-    const auto add = [&](MF where, VF by, VF twice_depth) HWY_ATTR {
-      by = hn::IfThenElseZero(where, by);
-      way = hn::Add(way, by);
-      way_t2 =
-          hn::Add(way_t2, hn::IfThenElseZero(where, hn::Mul(by, hn::Sub(twice_depth, twice_ref))));
-    };
-    // The surface was there last; it passed the piece's other end as much earlier as it goes on.
-    const auto add_end = [&](MF made, bool at_hi, float sign) HWY_ATTR {
-      made = hn::And(hit, made);
-      if (hn::AllFalse(d, made)) return;
-      const VF goes = Advance(job, row, g, at_hi),
-               all = hn::Max(goes, F(kSlides * static_cast<float>(size))), part = hn::Min(len, all);
-      const VF by = hn::Mul(F(sign * static_cast<float>(along)), hn::Div(part, all));
-      const VF end = at_hi ? hi : lo;
-      const VF twice = hn::Add(end, end);
-      add(hn::And(made, hn::Gt(goes, zero)), by,
-          at_hi ? hn::Sub(twice, part) : hn::Add(twice, part));
-    };
-    add_end(made_hi, true, 1);
-    add_end(made_lo, false, -1);
-    // What was swallowed whole counts by the motion's direction.
-    const MF whole = hn::AndNot(hn::Or(made_lo, made_hi), hit);
-    if (hn::AllFalse(d, whole)) return;
-    const double share = along / size;
-    add(whole,
-        hn::Mul(F(static_cast<float>(share * share)), hn::Min(len, F(static_cast<float>(size)))),
-        hn::Add(lo, hi));
-  }
+// Overlaps of the rays of a row, the weights of their ends, and which of the ends are the tool's.
+struct Overlaps {
+  VF lo, hi, weight_lo, weight_hi;
+  MF tool_lo, tool_hi;
+  const Plane* plane = nullptr;  // of the overlaps; null for the whole of a deposit
 };
+
+// Overlaps between the tool's intervals [a, b) and the spans [in, out) of a plane, at a slot. An
+// end that both share counts as the material's in a cut, where it vanishes. In a deposit it counts
+// as the tool's, because it stays: it cancels the end of the deposit.
+HWY_INLINE Overlaps OverlapsAt(const SpanLayer& tool, const Plane& plane, size_t slot, VF a, VF b,
+                               VF in, VF out, bool growing = false) {
+  const DU du;
+  const auto weight = [&](MF by_tool, const uint32_t* own, const uint32_t* material) HWY_ATTR {
+    return DepthWeight(hn::IfThenElse(hn::RebindMask(du, by_tool), hn::Load(du, own + slot),
+                                      hn::Load(du, material + slot)));
+  };
+  const MF tool_lo = growing ? hn::Ge(a, in) : hn::Gt(a, in),
+           tool_hi = growing ? hn::Le(b, out) : hn::Lt(b, out);
+  return {hn::Max(in, a),
+          hn::Min(out, b),
+          weight(tool_lo, tool.codes.lo, plane.normal_in),
+          weight(tool_hi, tool.codes.hi, plane.normal_out),
+          tool_lo,
+          tool_hi,
+          &plane};
+}
+
+// If a deposit begins exactly where the same material ends, that end vanishes. It counts by its own
+// normal. If other material begins there, nothing changes there.
+HWY_INLINE void MeetEnds(const TileJob& job, size_t slot, Overlaps& added) {
+  const DF d;
+  const DU du;
+  const Plane* const planes = &job.tile->first;
+  MF covered_lo = hn::FirstN(d, 0), covered_hi = covered_lo;
+  for (const Plane* p = planes; p; p = p->next) {
+    covered_lo = hn::Or(covered_lo, hn::Eq(hn::Load(d, p->in + slot), added.lo));
+    covered_hi = hn::Or(covered_hi, hn::Eq(hn::Load(d, p->out + slot), added.hi));
+  }
+  const bool mixed = job.tile->material != job.request.material;
+  for (const Plane* p = planes; p; p = p->next) {
+    MF below = hn::AndNot(covered_lo, hn::Eq(hn::Load(d, p->out + slot), added.lo)),
+       above = hn::AndNot(covered_hi, hn::Eq(hn::Load(d, p->in + slot), added.hi));
+    if (hn::AllFalse(d, hn::Or(below, above))) continue;
+    if (mixed) {
+      unsigned same = 0;
+      for (size_t lane = 0; lane < kLanes; lane++)
+        same |= (p->material[slot + lane] == job.request.material ? 1u : 0u) << lane;
+      below = hn::And(below, FromBits(same));
+      above = hn::And(above, FromBits(same));
+    }
+    added.weight_lo =
+        hn::IfThenElse(below, DepthWeight(hn::Load(du, p->normal_out + slot)), added.weight_lo);
+    added.weight_hi =
+        hn::IfThenElse(above, DepthWeight(hn::Load(du, p->normal_in + slot)), added.weight_hi);
+    added.tool_lo = hn::AndNot(below, added.tool_lo);
+    added.tool_hi = hn::AndNot(above, added.tool_hi);
+  }
+}
+
+// Lanes whose end is tied to a node: is_tied of volume.h.
+HWY_INLINE MF Tied(VF depth, VF weight) {
+  const VF t = hn::Sub(depth, F(0.5f));
+  return hn::And(hn::Gt(weight, F(kTiedWeight)),
+                 hn::Lt(hn::Abs(hn::Sub(t, hn::Round(t))), F(kTie)));
+}
+
+// For the lanes of a row that are `tied`: the first node at lower ends, or the node after the last
+// one at upper ends.
+HWY_NOINLINE VF TiedNodes(TileJob& job, size_t row, size_t g, MF tied, VF depth, MF by_tool,
+                          const Plane* plane, bool at_hi, VF nodes) {
+  const DF d;
+  alignas(64) float depths[kLanes], to[kLanes];
+  hn::Store(depth, d, depths);
+  hn::Store(nodes, d, to);
+  const unsigned tool = Bits(by_tool);
+  for (unsigned left = Bits(tied); left; left &= left - 1) {
+    const auto lane = static_cast<size_t>(__builtin_ctz(left));
+    const int k = tied_node(depths[lane]);
+    const size_t across = g * kLanes + lane;
+    const bool holds = holds_node(
+        job, static_cast<int>(row), static_cast<int>(across), k, end_of((tool >> lane) & 1, !plane),
+        plane ? plane->material[row * kTileSide + across] : job.request.material);
+    to[lane] = static_cast<float>(holds == at_hi ? k + 1 : k);
+  }
+  return hn::Load(d, to);
+}
+
+// The nodes k0 <= k < k1 that overlaps hold, where `hit`.
+struct Nodes {
+  VF k0, k1;
+};
+HWY_INLINE Nodes NodesOf(TileJob& job, size_t row, size_t g, MF hit, const Overlaps& at,
+                         bool along_z) {
+  // Nodes k with lo <= k + 1/2 < hi. All sums are whole numbers below 2^24, because `deep` tools
+  // take the scalar path.
+  Nodes n{hn::Ceil(hn::Sub(at.lo, F(0.5f))), hn::Ceil(hn::Sub(at.hi, F(0.5f)))};
+  if (along_z) return n;
+  const DF d;
+  const MF tied_lo = hn::And(hit, Tied(at.lo, at.weight_lo)),
+           tied_hi = hn::And(hit, Tied(at.hi, at.weight_hi));
+  if (HWY_UNLIKELY(!hn::AllFalse(d, hn::Or(tied_lo, tied_hi))) && job.request.z) {
+    n.k0 = TiedNodes(job, row, g, tied_lo, at.lo, at.tool_lo, at.plane, false, n.k0);
+    n.k1 = TiedNodes(job, row, g, tied_hi, at.hi, at.tool_hi, at.plane, true, n.k1);
+  }
+  return n;
+}
 
 // Sums over one tile's rows, in registers.
 template <unsigned kSummed>
 struct Sums {
-  VF length, length_v, length_t2, nodes, nodes_v, nodes_t2, felt, felt_v, felt_t2;
+  VF correction, correction_v, correction_t2, nodes, nodes_v, nodes_t2;
+  VF weighted, weighted_v, weighted_t2;
 
   HWY_INLINE Sums() {
-    length = length_v = length_t2 = nodes = nodes_v = nodes_t2 = hn::Zero(DF());
-    felt = felt_v = felt_t2 = hn::Zero(DF());
+    correction = correction_v = correction_t2 = nodes = nodes_v = nodes_t2 = hn::Zero(DF());
+    weighted = weighted_v = weighted_t2 = hn::Zero(DF());
   }
-  // Adds where `hit`; `twice_ref` is 2 t_ref; `made`: as of Passed.
-  HWY_INLINE void Add(const TileJob& job, size_t at_row, size_t g, MF hit, VF lo, VF hi,
-                      VF twice_ref, MF made_lo, MF made_hi) {
+  // Adds where `hit`; `twice_ref` is 2 t_ref.
+  HWY_INLINE void Add(TileJob& job, size_t at_row, size_t g, MF hit, const Overlaps& at,
+                      VF twice_ref) {
     if constexpr (kSummed == kNothing) return;
-    const VF len = hn::IfThenElseZero(hit, hn::Sub(hi, lo)), row = F(kRowNumber[at_row]);
-    const VF twice_depth = hn::Sub(hn::Add(lo, hi), twice_ref);
-    length = hn::Add(length, len);
-    length_v = hn::Add(length_v, hn::Mul(len, row));
-    length_t2 = hn::Add(length_t2, hn::Mul(len, twice_depth));
-    if constexpr ((kSummed & kPassed) != 0) {
-      const Passed passed(job, at_row, g, hit, made_lo, made_hi, lo, hi, twice_ref);
-      const VF resists = Resists(job, at_row, g, hit, lo, hi), more = hn::Mul(passed.way, resists);
-      felt = hn::Add(felt, more);
-      felt_v = hn::Add(felt_v, hn::Mul(more, row));
-      felt_t2 = hn::Add(felt_t2, hn::Mul(passed.way_t2, resists));
-    } else if constexpr ((kSummed & kFelt) != 0) {
-      const VF more = hn::Mul(len, Resists(job, at_row, g, hit, lo, hi));
-      felt = hn::Add(felt, more);
-      felt_v = hn::Add(felt_v, hn::Mul(more, row));
-      felt_t2 = hn::Add(felt_t2, hn::Mul(more, twice_depth));
+    const VF row = F(kRowNumber[at_row]);
+    if constexpr ((kSummed & kLengths) != 0) {
+      const VF length = hn::IfThenElseZero(hit, hn::Sub(at.hi, at.lo));
+      const VF length_t2 =
+          hn::IfThenElseZero(hit, hn::Mul(length, hn::Sub(hn::Add(at.lo, at.hi), twice_ref)));
+      correction = hn::Add(correction, length);
+      correction_v = hn::Add(correction_v, hn::Mul(length, row));
+      correction_t2 = hn::Add(correction_t2, length_t2);
+      return AddWeighted(job, at_row, g, hit, at, length, length_t2);
     }
+    const auto [k0, k1] = NodesOf(job, at_row, g, hit, at, (kSummed & kNodes) != 0);
+    const VF by_lo = hn::Mul(at.weight_lo, hn::Sub(k0, at.lo)),
+             by_hi = hn::Mul(at.weight_hi, hn::Sub(at.hi, k1));
+    const VF more = hn::IfThenElseZero(hit, hn::Add(by_lo, by_hi));
+    // A correction acts half way between the cell's boundary and the end.
+    const VF more_t2 =
+        hn::IfThenElseZero(hit, hn::Add(hn::Mul(by_lo, hn::Sub(hn::Add(k0, at.lo), twice_ref)),
+                                        hn::Mul(by_hi, hn::Sub(hn::Add(k1, at.hi), twice_ref))));
+    correction = hn::Add(correction, more);
+    correction_v = hn::Add(correction_v, hn::Mul(more, row));
+    correction_t2 = hn::Add(correction_t2, more_t2);
+    VF all = more, all_t2 = more_t2;
     if constexpr ((kSummed & kNodes) != 0) {
-      // Nodes k with lo <= k + 1/2 < hi. Whole numbers below 2^24 all along, as `deep` tools take
-      // the scalar path.
-      const VF k0 = hn::Ceil(hn::Sub(lo, F(0.5f))), k1 = hn::Ceil(hn::Sub(hi, F(0.5f)));
       const VF n = hn::IfThenElseZero(hit, hn::Sub(k1, k0));
+      const VF n_t2 = hn::Mul(n, hn::Sub(hn::Sub(hn::Add(k0, k1), F(1.0f)), twice_ref));
       nodes = hn::Add(nodes, n);
       nodes_v = hn::Add(nodes_v, hn::Mul(n, row));
-      const VF twice_mean = hn::Sub(hn::Sub(hn::Add(k0, k1), F(1.0f)), twice_ref);
-      nodes_t2 = hn::Add(nodes_t2, hn::Mul(n, twice_mean));
+      nodes_t2 = hn::Add(nodes_t2, n_t2);
+      if constexpr ((kSummed & kWeighted) != 0) {
+        // The middle of nodes k0 .. k1 - 1 is at (k0 + k1) / 2.
+        all = hn::Add(all, n);
+        all_t2 = hn::Add(all_t2, hn::Add(n_t2, n));
+      }
     }
+    AddWeighted(job, at_row, g, hit, at, all, all_t2);
   }
-  // Of u, by the rings in each overlap.
-  static HWY_INLINE VF Resists(const TileJob& job, size_t row, size_t g, MF hit, VF lo, VF hi) {
+  // Adds `all`, weighted by the rings in each overlap. `all_t2`: `all` times twice the depth.
+  HWY_INLINE void AddWeighted(const TileJob& job, size_t row, size_t g, MF hit, const Overlaps& at,
+                              VF all, VF all_t2) {
+    if constexpr ((kSummed & kWeighted) == 0) return;
+    const VF by = Resistance(job, row, g, hit, at.lo, at.hi), more = hn::Mul(all, by);
+    weighted = hn::Add(weighted, more);
+    weighted_v = hn::Add(weighted_v, hn::Mul(more, F(kRowNumber[row])));
+    weighted_t2 = hn::Add(weighted_t2, hn::Mul(all_t2, by));
+  }
+  // Resistance over u, from the rings in each overlap.
+  static HWY_INLINE VF Resistance(const TileJob& job, size_t row, size_t g, MF hit, VF lo, VF hi) {
     const DF d;
-    if (!grain_felt(job, job.sums_material)) return F(1.0f);
     const auto ring = static_cast<float>(job.request.motion->grain->ring(job.sums_material));
     if (ring == 0 || hn::AllFalse(d, hit)) return F(1.0f);
     alignas(64) float los[kLanes], his[kLanes], late[kLanes];
     hn::Store(lo, d, los);
     hn::Store(hi, d, his);
     LateWood(job, row, g * kLanes, los, his, kLanes, late);
-    return hn::Add(F(1.0f),
-                   hn::Mul(F(ring), hn::Sub(hn::Load(d, late), F(static_cast<float>(kMeanLate)))));
+    return hn::IfThenElse(
+        hit,
+        hn::Add(F(1.0f),
+                hn::Mul(F(ring), hn::Sub(hn::Load(d, late), F(static_cast<float>(kMeanLate))))),
+        F(1.0f));
   }
   HWY_INLINE void AddTo(TileJob& job, size_t g, bool negative) const {
     if constexpr (kSummed == kNothing) return;
@@ -243,7 +327,7 @@ struct Sums {
     const RayTile& rays = job.rays;
     const double sign = negative ? -1 : 1, u0 = sign * rays.u0, v0 = sign * rays.v0;
     const size_t at = g * kLanes;
-    // A sum, the same by rows, and by twice the depth; `of` is the first of its four.
+    // Adds a sum, the same by rows, and by twice the depth. `of` is the first of its four.
     const auto add = [&](size_t of, VF sum, VF by_v, VF by_t2) HWY_ATTR {
       AddDoubles(to.of[of] + at, sum, sign);
       AddDoubles(to.of[of + 1] + at, sum, u0);
@@ -251,64 +335,289 @@ struct Sums {
       AddDoubles(to.of[of + 2] + at, by_v, sign);
       AddDoubles(to.of[of + 3] + at, by_t2, sign);
     };
-    add(LaneSums::length, length, length_v, length_t2);
-    if constexpr ((kSummed & (kFelt | kPassed)) != 0) add(LaneSums::felt, felt, felt_v, felt_t2);
+    add(LaneSums::correction, correction, correction_v, correction_t2);
+    if constexpr ((kSummed & kWeighted) != 0)
+      add(LaneSums::weighted, weighted, weighted_v, weighted_t2);
     if constexpr ((kSummed & kNodes) != 0) add(LaneSums::nodes, nodes, nodes_v, nodes_t2);
   }
 };
 
-// The sums of tiles that scalar_sums() names: overlaps of cuts, or what a deposit adds. Row by row,
-// plane by plane and lane by lane, so that the order of additions does not depend on the vector's
-// width.
+// Sums for the shape of the chip, over one tile: a separate pass over the overlaps, before the tile
+// is written.
+class ChipPass {
+ public:
+  explicit ChipPass(TileJob& job)
+      : job_(job), along_z_(job.rays.axis == Axis::z), lengths_(job.request.motion->along) {}
+
+  void Run(bool growing) {
+    const DF d;
+    const DU du;
+    for (size_t g = 0; g < kGroups; g++) {
+      Clear();
+      bool met = false;
+      for (unsigned left = job_.spans.rows; left; left &= left - 1) {
+        const auto row = static_cast<size_t>(__builtin_ctz(left));
+        const size_t slot = row * kTileSide + g * kLanes;
+        const VF a = hn::Load(d, job_.spans.lo + slot), b = hn::Load(d, job_.spans.hi + slot);
+        MF lanes = hn::Lt(a, b);
+        if (growing) {
+          lanes = FromBits((job_.adds[row] >> (g * kLanes)) & kGroupMask);
+          Overlaps all{a,
+                       b,
+                       DepthWeight(hn::Load(du, job_.spans.codes.lo + slot)),
+                       DepthWeight(hn::Load(du, job_.spans.codes.hi + slot)),
+                       lanes,
+                       lanes};
+          MeetEnds(job_, slot, all);
+          if (hn::AllFalse(d, lanes)) continue;
+          met = true;
+          Add(row, g, lanes, all, 1);
+        }
+        for (const Plane* p = &job_.tile->first; p; p = p->next) {
+          const VF in = hn::Load(d, p->in + slot), out = hn::Load(d, p->out + slot);
+          const MF hit = hn::And(lanes, hn::Lt(hn::Max(in, a), hn::Min(out, b)));
+          if (hn::AllFalse(d, hit)) continue;
+          met = true;
+          const Overlaps at = OverlapsAt(job_.spans, *p, slot, a, b, in, out, growing);
+          Add(row, g, hit, at, growing ? -1 : 1);
+          if (!growing && !lengths_) AddFront(slot, hit, at);
+        }
+      }
+      if (met) AddTo(g);
+    }
+    if (growing) return;
+    job_.chip_cells[static_cast<size_t>(u_index(job_.rays.axis))].add16(job_.rays.u0, lanes_met_);
+    job_.chip_cells[static_cast<size_t>(v_index(job_.rays.axis))].add16(job_.rays.v0, rows_met_);
+  }
+
+ private:
+  void Clear() {
+    for (VF* sum : {&x_, &x_v_, &x_t2_, &x_vv_, &x_vt2_, &x_t2t2_, &length_, &front_, &front_u_,
+                    &front_v_, &front_t_})
+      *sum = hn::Zero(DF());
+  }
+  HWY_INLINE void Add(size_t row, size_t g, MF hit, const Overlaps& at, float sign) {
+    const DF d;
+    const VF twice_ref = F(2 * job_.request.t_ref);
+    VF x = hn::Zero(d), x_t2 = x, x_t2t2 = x;
+    // Volume spread evenly along the ray between two depths.
+    const auto rod = [&](VF volume, VF lo, VF hi) HWY_ATTR {
+      const VF twice = hn::Sub(hn::Add(lo, hi), twice_ref), length = hn::Sub(hi, lo),
+               by_twice = hn::Mul(volume, twice);
+      x = hn::Add(x, volume);
+      x_t2 = hn::Add(x_t2, by_twice);
+      x_t2t2 = hn::Add(x_t2t2, hn::Mul(by_twice, twice));
+      x_t2t2 = hn::Add(x_t2t2, hn::Mul(hn::Mul(volume, F(1.0f / 3)), hn::Mul(length, length)));
+    };
+    if (lengths_) {
+      rod(hn::Sub(at.hi, at.lo), at.lo, at.hi);
+    } else {
+      const auto [k0, k1] = NodesOf(job_, row, g, hit, at, along_z_);
+      rod(hn::Mul(at.weight_lo, hn::Sub(k0, at.lo)), at.lo, k0);
+      rod(hn::Mul(at.weight_hi, hn::Sub(at.hi, k1)), k1, at.hi);
+      if (along_z_) rod(hn::Sub(k1, k0), k0, k1);
+    }
+    const VF length = hn::Sub(at.hi, at.lo);
+    length_ = hn::Add(length_, hn::IfThenElseZero(hit, hn::Mul(length, F(sign))));
+    if (const unsigned met = Bits(hn::And(hit, hn::Gt(length, F(kMinMet))))) {
+      lanes_met_ |= met << (g * kLanes);
+      rows_met_ |= 1u << row;
+    }
+    x = hn::IfThenElseZero(hit, hn::Mul(x, F(sign)));
+    x_t2 = hn::IfThenElseZero(hit, hn::Mul(x_t2, F(sign)));
+    const VF v = F(static_cast<float>(job_.rays.v0) - job_.request.v_ref + kRowNumber[row] + 0.5f),
+             x_v = hn::Mul(x, v);
+    x_ = hn::Add(x_, x);
+    x_v_ = hn::Add(x_v_, x_v);
+    x_vv_ = hn::Add(x_vv_, hn::Mul(x_v, v));
+    x_t2_ = hn::Add(x_t2_, x_t2);
+    x_vt2_ = hn::Add(x_vt2_, hn::Mul(x_t2, v));
+    x_t2t2_ = hn::Add(x_t2t2_, hn::IfThenElseZero(hit, hn::Mul(x_t2t2, F(sign))));
+  }
+  // The codes are those of the remaining material, which ends where the tool begins. The tool's
+  // normals are the opposite.
+  HWY_INLINE void AddFront(size_t slot, MF hit, const Overlaps& at) {
+    const DU du;
+    const DI di;
+    const DF d;
+    const FieldDirection p = direction_in_field(job_);
+    const auto add = [&](MF by_tool, const uint32_t* codes, VF weight, float sign_t) HWY_ATTR {
+      const MF lanes = hn::And(hit, by_tool);
+      if (hn::AllFalse(d, lanes)) return;
+      const VI code = hn::BitCast(di, hn::Load(du, codes + slot));
+      const VF scale = F(-1 / 32767.0f), size = hn::Sqrt(weight);
+      const VF u = hn::Mul(hn::ConvertTo(d, hn::ShiftRight<16>(hn::ShiftLeft<16>(code))), scale),
+               v = hn::Mul(hn::ConvertTo(d, hn::ShiftRight<16>(code)), scale),
+               t = hn::Mul(size, F(sign_t));
+      const VF ahead = hn::Add(hn::Add(hn::Mul(u, F(p.u)), hn::Mul(v, F(p.v))), hn::Mul(t, F(p.t)));
+      const VF area = hn::IfThenElseZero(lanes, hn::Mul(size, hn::Max(hn::Zero(d), ahead)));
+      front_ = hn::Add(front_, area);
+      front_u_ = hn::Add(front_u_, hn::Mul(area, u));
+      front_v_ = hn::Add(front_v_, hn::Mul(area, v));
+      front_t_ = hn::Add(front_t_, hn::Mul(area, t));
+    };
+    add(at.tool_lo, job_.spans.codes.lo, at.weight_lo, -1);
+    add(at.tool_hi, job_.spans.codes.hi, at.weight_hi, 1);
+  }
+  void AddTo(size_t g) {
+    if (job_.sums.material != job_.sums_material) take_sums(job_);
+    const VF u = LanesFrom(static_cast<float>(job_.rays.u0) - job_.request.u_ref + 0.5f, g);
+    const VF x_u = hn::Mul(x_, u);
+    const auto add = [&](ChipLanes::Of of, VF sum)
+                         HWY_ATTR { AddDoubles(job_.chip.of[of] + g * kLanes, sum, 1); };
+    add(ChipLanes::uu, hn::Mul(x_u, u));
+    add(ChipLanes::uv, hn::Mul(x_v_, u));
+    add(ChipLanes::vv, x_vv_);
+    add(ChipLanes::ut2, hn::Mul(x_t2_, u));
+    add(ChipLanes::vt2, x_vt2_);
+    add(ChipLanes::t2t2, x_t2t2_);
+    if (lengths_) return;
+    add(ChipLanes::length, length_);
+    add(ChipLanes::front, front_);
+    add(ChipLanes::front_u, front_u_);
+    add(ChipLanes::front_v, front_v_);
+    add(ChipLanes::front_t, front_t_);
+  }
+
+  TileJob& job_;
+  const bool along_z_;
+  const bool lengths_;
+  unsigned lanes_met_ = 0, rows_met_ = 0;
+  VF x_, x_v_, x_t2_, x_vv_, x_vt2_, x_t2t2_, length_, front_, front_u_, front_v_, front_t_;
+};
+
+// The sums of tiles for which scalar_sums() is true: overlaps of cuts, or what a deposit adds. Row
+// by row, plane by plane and lane by lane. So the order of additions does not depend on the
+// vector's width.
 void AddScalarSums(TileJob& job, bool growing) {
   const DF d;
-  alignas(64) float los[kRow], his[kRow], late[kRow], way[kRow], way_t2[kRow];
-  const bool grained = job.request.motion->grain != nullptr, passed = sums_passed(job);
+  alignas(64) float los[kRow], his[kRow], weights_lo[kRow], weights_hi[kRow], late[kRow];
+  const bool grained = job.request.motion->grain != nullptr;
   for (unsigned left = job.spans.rows; left; left &= left - 1) {
     const int row = __builtin_ctz(left);
-    const float *a = job.spans.lo + row * kTileSide, *b = job.spans.hi + row * kTileSide;
-    if (growing) {
+    const size_t first = static_cast<size_t>(row) * kTileSide;
+    const float *a = job.spans.lo + first, *b = job.spans.hi + first;
+    const unsigned adds = growing ? job.adds[row] : ~0u;
+    if (growing && adds) {
       if (grained) LateWood(job, static_cast<size_t>(row), 0, a, b, kRow, late);
-      for (int lane = 0; lane < kTileSide; lane++)
-        if (a[lane] < b[lane])
-          add_overlap(job, row, lane, a[lane], b[lane], job.request.material, 1,
-                      grained ? late[lane] : 0);
+      for (unsigned lanes = adds; lanes; lanes &= lanes - 1) {
+        const auto lane = static_cast<size_t>(__builtin_ctz(lanes));
+        const size_t slot = first + lane;
+        Overlap all{a[lane],
+                    b[lane],
+                    depth_weight(job.spans.codes.lo[slot]),
+                    depth_weight(job.spans.codes.hi[slot]),
+                    true,
+                    true,
+                    true};
+        // As MeetEnds.
+        bool covered_lo = false, covered_hi = false;
+        for (const Plane* p = &job.tile->first; p; p = p->next) {
+          covered_lo |= p->in[slot] == all.lo;
+          covered_hi |= p->out[slot] == all.hi;
+        }
+        for (const Plane* p = &job.tile->first; p; p = p->next) {
+          if (p->material[slot] != job.request.material) continue;
+          if (!covered_lo && p->out[slot] == all.lo) {
+            all.weight_lo = depth_weight(p->normal_out[slot]);
+            all.tool_lo = false;
+          }
+          if (!covered_hi && p->in[slot] == all.hi) {
+            all.weight_hi = depth_weight(p->normal_in[slot]);
+            all.tool_hi = false;
+          }
+        }
+        add_overlap(job, row, static_cast<int>(lane), all, job.request.material, 1,
+                    grained ? late[lane] : 0);
+      }
     }
     for (const Plane* p = &job.tile->first; p; p = p->next) {
-      unsigned hits = 0;
+      unsigned hits = 0, tool_lo = 0, tool_hi = 0;
       for (size_t g = 0; g < kGroups; g++) {
-        const size_t at = g * kLanes, slot = static_cast<size_t>(row) * kTileSide + at;
-        const VF lo = hn::Max(hn::Load(d, p->in + slot), hn::Load(d, a + at));
-        const VF hi = hn::Min(hn::Load(d, p->out + slot), hn::Load(d, b + at));
-        hn::Store(lo, d, los + at);
-        hn::Store(hi, d, his + at);
-        const MF hit = hn::Lt(lo, hi);
-        hits |= Bits(hit) << at;
-        if (!passed || hn::AllFalse(d, hit)) continue;
-        const Passed by(job, static_cast<size_t>(row), g, hit,
-                        hn::Gt(hn::Load(d, a + at), hn::Load(d, p->in + slot)),
-                        hn::Lt(hn::Load(d, b + at), hn::Load(d, p->out + slot)), lo, hi,
-                        F(2 * job.request.t_ref));
-        hn::Store(by.way, d, way + at);
-        hn::Store(by.way_t2, d, way_t2 + at);
+        const size_t at = g * kLanes, slot = first + at;
+        const Overlaps overlaps =
+            OverlapsAt(job.spans, *p, slot, hn::Load(d, a + at), hn::Load(d, b + at),
+                       hn::Load(d, p->in + slot), hn::Load(d, p->out + slot), growing);
+        hn::Store(overlaps.lo, d, los + at);
+        hn::Store(overlaps.hi, d, his + at);
+        hn::Store(overlaps.weight_lo, d, weights_lo + at);
+        hn::Store(overlaps.weight_hi, d, weights_hi + at);
+        hits |= Bits(hn::Lt(overlaps.lo, overlaps.hi)) << at;
+        tool_lo |= Bits(overlaps.tool_lo) << at;
+        tool_hi |= Bits(overlaps.tool_hi) << at;
       }
+      hits &= adds;
       if (hits && grained) LateWood(job, static_cast<size_t>(row), 0, los, his, kRow, late);
       for (; hits; hits &= hits - 1) {
         const int lane = __builtin_ctz(hits);
-        add_overlap(job, row, lane, los[lane], his[lane], p->material[row * kTileSide + lane],
-                    growing ? -1 : 1, grained ? late[lane] : 0);
-        if (passed)
-          add_passed(job, row, lane, p->material[row * kTileSide + lane], way[lane], way_t2[lane],
-                     grained ? late[lane] : 0);
+        add_overlap(job, row, lane,
+                    {los[lane], his[lane], weights_lo[lane], weights_hi[lane],
+                     ((tool_lo >> lane) & 1) != 0, ((tool_hi >> lane) & 1) != 0},
+                    p->material[first + static_cast<size_t>(lane)], growing ? -1 : 1,
+                    grained ? late[lane] : 0);
       }
     }
   }
 }
 
-// What a cut would remove: the same sums in the same order, and no writes.
+// Marks the tool's ends in material whose normals the solid has not filled in yet. Returns false if
+// the tool meets nothing.
+bool MarkEndsInMaterial(TileJob& job) {
+  const DF d;
+  const SpanLayer& spans = job.spans;
+  bool meets = false;
+  for (unsigned left = spans.rows; left; left &= left - 1) {
+    const auto row = static_cast<size_t>(__builtin_ctz(left));
+    if (meets && ((spans.normals_ready >> row) & 1)) continue;
+    unsigned lo = 0, hi = 0;
+    for (size_t g = 0; g < kGroups; g++) {
+      const size_t slot = row * kTileSide + g * kLanes;
+      const VF a = hn::Load(d, spans.lo + slot), b = hn::Load(d, spans.hi + slot);
+      for (const Plane* p = &job.tile->first; p; p = p->next) {
+        const VF in = hn::Load(d, p->in + slot), out = hn::Load(d, p->out + slot);
+        const MF hit = hn::Lt(hn::Max(in, a), hn::Min(out, b));
+        if (hn::AllFalse(d, hit)) continue;
+        meets = true;
+        lo |= Bits(hn::And(hit, hn::Gt(a, in))) << (g * kLanes);
+        hi |= Bits(hn::And(hit, hn::Lt(b, out))) << (g * kLanes);
+      }
+    }
+    if (!((spans.normals_ready >> row) & 1)) job.ends.mark(row, lo, hi);
+  }
+  return meets;
+}
+
+// Finds the lanes in which a deposit adds material, and marks their ends. Returns false if there
+// are none.
+bool MarkAdds(TileJob& job) {
+  const DF d;
+  bool any = false;
+  for (unsigned left = job.spans.rows; left; left &= left - 1) {
+    const auto row = static_cast<size_t>(__builtin_ctz(left));
+    unsigned adds = 0;
+    for (size_t g = 0; g < kGroups; g++) {
+      const size_t slot = row * kTileSide + g * kLanes;
+      const VF a = hn::Load(d, job.spans.lo + slot), b = hn::Load(d, job.spans.hi + slot);
+      const MF live = hn::Lt(a, b);
+      if (hn::AllFalse(d, live)) continue;
+      MF covered = hn::FirstN(d, 0);
+      for (const Plane* p = &job.tile->first; p; p = p->next)
+        covered = hn::Or(covered, hn::And(hn::Le(hn::Load(d, p->in + slot), a),
+                                          hn::Ge(hn::Load(d, p->out + slot), b)));
+      adds |= Bits(hn::AndNot(covered, live)) << (g * kLanes);
+    }
+    job.adds[row] = static_cast<uint16_t>(adds);
+    job.ends.mark(row, adds, adds);
+    any |= adds != 0;
+  }
+  return any;
+}
+
+// Computes what a cut would remove: the same sums in the same order, and no writes.
 template <unsigned kSummed>
 void ContactCut(TileJob& job) {
   const DF d;
+  const VF twice_ref = F(2 * job.request.t_ref);
   for (size_t g = 0; g < kGroups; g++) {
     Sums<kSummed> sum;
     MF met = hn::FirstN(d, 0);
@@ -319,11 +628,10 @@ void ContactCut(TileJob& job) {
         const size_t slot = row * kTileSide + g * kLanes;
         const VF a = hn::Load(d, job.spans.lo + slot), b = hn::Load(d, job.spans.hi + slot);
         const VF in = hn::Load(d, p->in + slot), out = hn::Load(d, p->out + slot);
-        const VF lo = hn::Max(in, a), hi = hn::Min(out, b);
-        const MF hit = hn::Lt(lo, hi);
-        if ((kSummed & kPassed) != 0 && hn::AllFalse(d, hit)) continue;
+        const MF hit = hn::Lt(hn::Max(in, a), hn::Min(out, b));
+        if (hn::AllFalse(d, hit)) continue;
         met = hn::Or(met, hit);
-        sum.Add(job, row, g, hit, lo, hi, F(2 * job.request.t_ref), hn::Gt(a, in), hn::Lt(b, out));
+        sum.Add(job, row, g, hit, OverlapsAt(job.spans, *p, slot, a, b, in, out), twice_ref);
       }
     }
     if (hn::AllFalse(d, met)) continue;
@@ -332,38 +640,16 @@ void ContactCut(TileJob& job) {
   }
 }
 
-// Whether any interval meets any span.
-bool Meets(const TileJob& job) {
-  const DF d;
-  for (unsigned left = job.spans.rows; left; left &= left - 1) {
-    for (size_t g = 0; g < kGroups; g++) {
-      const size_t slot = static_cast<size_t>(__builtin_ctz(left)) * kTileSide + g * kLanes;
-      const VF a = hn::Load(d, job.spans.lo + slot), b = hn::Load(d, job.spans.hi + slot);
-      for (const Plane* p = &job.tile->first; p; p = p->next) {
-        const VF lo = hn::Max(hn::Load(d, p->in + slot), a),
-                 hi = hn::Min(hn::Load(d, p->out + slot), b);
-        if (!hn::AllFalse(d, hn::Lt(lo, hi))) return true;
-      }
-    }
-  }
-  return false;
-}
-
-// The ends that `lanes` of a row got from the tool: their normals now where the row is in
-// `normals_ready`, else by name for later.
-HWY_INLINE void GiveNormals(TileJob& job, Plane& plane, unsigned normals_ready, size_t row,
-                            size_t g, MF lanes, bool at_in) {
+// Stores normals for the ends that the tool made in `lanes` of a row, and clears their paint.
+HWY_INLINE void GiveNormals(const TileJob& job, Plane& plane, size_t slot, MF lanes, bool at_in) {
   const DU du;
-  const size_t slot = row * kTileSide + g * kLanes;
-  if ((normals_ready >> row) & 1) {
-    // What is left begins where the tool ends, and ends where the tool begins.
-    const VU code = hn::Load(du, (at_in ? job.spans.codes.hi : job.spans.codes.lo) + slot);
-    hn::BlendedStore(code, hn::RebindMask(du, lanes), du,
-                     (at_in ? plane.normal_in : plane.normal_out) + slot);
-  } else {
-    const unsigned bits = Bits(lanes) << (g * kLanes);
-    job.ends.mark(row, at_in ? 0 : bits, at_in ? bits : 0);
-  }
+  const auto store = [&](VU what, uint32_t* to) HWY_ATTR {
+    hn::BlendedStore(what, hn::RebindMask(du, lanes), du, to + slot);
+  };
+  // The remaining material begins where the tool ends, and ends where the tool begins.
+  store(hn::Load(du, (at_in ? job.spans.codes.hi : job.spans.codes.lo) + slot),
+        at_in ? plane.normal_in : plane.normal_out);
+  if (plane.paint) store(hn::Zero(du), at_in ? plane.paint->in : plane.paint->out);
 }
 
 // A row of a cut in which spans vanish or split.
@@ -375,16 +661,15 @@ HWY_NOINLINE void CutHardRow(TileJob& job, Plane& plane, size_t row, size_t g) {
   const VF in = hn::Load(d, plane.in + slot), out = hn::Load(d, plane.out + slot);
   const MF hit = hn::Lt(hn::Max(in, a), hn::Min(out, b));
   const MF front = hn::And(hit, hn::Le(a, in)), back = hn::And(hit, hn::Ge(b, out));
-  const unsigned normals_ready = plane.paint ? 0 : job.spans.normals_ready;
   const MF trim_in = hn::AndNot(back, front), trim_out = hn::AndNot(front, back);
   hn::BlendedStore(b, trim_in, d, plane.in + slot);
   hn::BlendedStore(a, trim_out, d, plane.out + slot);
-  GiveNormals(job, plane, normals_ready, row, g, trim_in, true);
-  GiveNormals(job, plane, normals_ready, row, g, trim_out, false);
+  GiveNormals(job, plane, slot, trim_in, true);
+  GiveNormals(job, plane, slot, trim_out, false);
   unsigned hard = 0;
   const MF split = hn::AndNot(hn::Or(front, back), hit);
   if (!hn::AllFalse(d, split)) {
-    // What lies behind the tool moves to the next plane, if there is room in it.
+    // The part behind the tool moves to the next plane, if there is room in it.
     Plane& next = job.request.field->next_plane(plane);
     MF room = hn::And(split, hn::Ge(hn::Load(d, next.in + slot), hn::Load(d, next.out + slot)));
     if (plane.paint || next.paint) room = hn::FirstN(d, 0);
@@ -396,8 +681,8 @@ HWY_NOINLINE void CutHardRow(TileJob& job, Plane& plane, size_t row, size_t g) {
     next.tight = false;
     hn::BlendedStore(hn::Load(du, plane.normal_out + slot), hn::RebindMask(du, room), du,
                      next.normal_out + slot);
-    GiveNormals(job, plane, normals_ready, row, g, room, false);
-    GiveNormals(job, next, normals_ready, row, g, room, true);
+    GiveNormals(job, plane, slot, room, false);
+    GiveNormals(job, next, slot, room, true);
     for (unsigned bits = Bits(room); bits; bits &= bits - 1) {
       const size_t lane = slot + static_cast<size_t>(__builtin_ctz(bits));
       next.material[lane] = plane.material[lane];
@@ -477,14 +762,14 @@ HWY_NOINLINE void Tighten(Plane& plane) {
   plane.tight = true;
 }
 
-// A cut of a tile that may be written, plane by plane.
+// Cuts a writable tile, plane by plane.
 template <unsigned kSummed>
 void CutTile(TileJob& job) {
   const DF d;
   const SpanLayer& spans = job.spans;
   const VF twice_ref = F(2 * job.request.t_ref);
   Plane* const first = &job.writable->first;
-  uint64_t met_planes = 0;  // by number; those beyond the 63rd count as one
+  uint64_t met_planes = 0;  // by index; planes beyond the 63rd share one bit
   for (size_t g = 0; g < kGroups; g++) {
     Sums<kSummed> sum;
     bool met_here = false;
@@ -492,17 +777,15 @@ void CutTile(TileJob& job) {
     for (Plane* p = first; p; p = p->next, number = number << 1 | number >> 63 << 63) {
       if (!p->reaches(job.request.depth_min, job.request.depth_max)) continue;
       bool met = false;
-      const unsigned normals_ready = p->paint ? 0 : spans.normals_ready;
       for (unsigned left = spans.rows; left; left &= left - 1) {
         const auto row = static_cast<size_t>(__builtin_ctz(left));
         const size_t slot = row * kTileSide + g * kLanes;
         const VF a = hn::Load(d, spans.lo + slot), b = hn::Load(d, spans.hi + slot);
         const VF in = hn::Load(d, p->in + slot), out = hn::Load(d, p->out + slot);
-        const VF lo = hn::Max(in, a), hi = hn::Min(out, b);
-        const MF hit = hn::Lt(lo, hi);
+        const MF hit = hn::Lt(hn::Max(in, a), hn::Min(out, b));
         if (hn::AllFalse(d, hit)) continue;
         met = true;
-        sum.Add(job, row, g, hit, lo, hi, twice_ref, hn::Gt(a, in), hn::Lt(b, out));
+        sum.Add(job, row, g, hit, OverlapsAt(spans, *p, slot, a, b, in, out), twice_ref);
         // The tool covers the span's beginning, its end, both, or neither.
         const MF front = hn::And(hit, hn::Le(a, in)), back = hn::And(hit, hn::Ge(b, out));
         if (!hn::AllFalse(d, hn::AndNot(hn::Xor(front, back), hit))) {
@@ -511,11 +794,11 @@ void CutTile(TileJob& job) {
         }
         if (!hn::AllFalse(d, front)) {
           hn::BlendedStore(b, front, d, p->in + slot);
-          GiveNormals(job, *p, normals_ready, row, g, front, true);
+          GiveNormals(job, *p, slot, front, true);
         }
         if (!hn::AllFalse(d, back)) {
           hn::BlendedStore(a, back, d, p->out + slot);
-          GiveNormals(job, *p, normals_ready, row, g, back, false);
+          GiveNormals(job, *p, slot, back, false);
         }
       }
       if (met) {
@@ -533,7 +816,7 @@ void CutTile(TileJob& job) {
     while (last->next) last = last->next;
     job.shrank = !HasSpans(*last);
   }
-  // Planes that were visited in vain: the next edit may be spared.
+  // Planes that were visited but not met: tight bounds may spare the next edit the visit.
   uint64_t number = 1;
   for (Plane* p = first; p; p = p->next, number = number << 1 | number >> 63 << 63)
     if (!p->tight && !(met_planes & number) &&
@@ -541,12 +824,14 @@ void CutTile(TileJob& job) {
       Tighten(*p);
 }
 
-// Deposit (or its contact test): what is added is the interval less its overlaps.
+// Deposit (or its contact test): the added part is the interval minus its overlaps.
 template <bool kWrite, unsigned kSummed>
 void DepositTile(TileJob& job) {
   const DF d;
+  const DU du;
+  const VF twice_ref = F(2 * job.request.t_ref);
   const Plane* first = &job.tile->first;
-  // What is added lies within the solid's bounds and the lattice.
+  // The added part is within the solid's bounds and the lattice.
   const float min = std::max(0.0f, static_cast<float>(job.request.depth_min) - 1);
   const float max = std::max(0.0f, static_cast<float>(job.request.depth_max) + 1);
   const auto grown = [&](Plane& plane) {
@@ -558,28 +843,30 @@ void DepositTile(TileJob& job) {
     bool met = false;
     for (unsigned left = job.spans.rows; left; left &= left - 1) {
       const int row = __builtin_ctz(left);
+      const unsigned add_bits = (job.adds[row] >> (g * kLanes)) & kGroupMask;
+      if (!add_bits) continue;
+      met = true;
+      const MF adds = FromBits(add_bits);
       const size_t slot = static_cast<size_t>(row) * kTileSide + g * kLanes;
       const VF a = hn::Load(d, job.spans.lo + slot), b = hn::Load(d, job.spans.hi + slot);
-      const MF live = hn::Lt(a, b);
-      if (hn::AllFalse(d, live)) continue;
-      MF covered = hn::FirstN(d, 0), touched = covered, twice = covered;
+      Overlaps all{a,
+                   b,
+                   DepthWeight(hn::Load(du, job.spans.codes.lo + slot)),
+                   DepthWeight(hn::Load(du, job.spans.codes.hi + slot)),
+                   adds,
+                   adds};
+      if (kSummed != kNothing) MeetEnds(job, slot, all);
+      sum.Add(job, static_cast<size_t>(row), g, adds, all, twice_ref);
+      MF touched = hn::FirstN(d, 0), twice = touched;
       for (const Plane* p = first; p; p = p->next) {
         const VF in = hn::Load(d, p->in + slot), out = hn::Load(d, p->out + slot);
-        covered = hn::Or(covered, hn::And(hn::Le(in, a), hn::Ge(out, b)));
-        const MF touch = hn::And(live, hn::And(hn::Le(in, b), hn::Le(a, out)));
+        const MF touch = hn::And(adds, hn::And(hn::Le(in, b), hn::Le(a, out)));
         twice = hn::Or(twice, hn::And(touched, touch));
         touched = hn::Or(touched, touch);
-      }
-      const MF adds = hn::AndNot(covered, live);
-      if (hn::AllFalse(d, adds)) continue;
-      met = true;
-      sum.Add(job, static_cast<size_t>(row), g, adds, a, b, F(2 * job.request.t_ref), adds, adds);
-      for (const Plane* p = first; p; p = p->next) {
-        const VF lo = hn::Max(hn::Load(d, p->in + slot), a),
-                 hi = hn::Min(hn::Load(d, p->out + slot), b);
-        const MF hit = hn::And(adds, hn::Lt(lo, hi));
+        const MF hit = hn::And(adds, hn::Lt(hn::Max(in, a), hn::Min(out, b)));
         if (hn::AllFalse(d, hit)) continue;
-        less.Add(job, static_cast<size_t>(row), g, hit, lo, hi, F(2 * job.request.t_ref), hit, hit);
+        less.Add(job, static_cast<size_t>(row), g, hit,
+                 OverlapsAt(job.spans, *p, slot, a, b, in, out, true), twice_ref);
       }
       if constexpr (kWrite) {
         if (!job.writable) {
@@ -587,9 +874,9 @@ void DepositTile(TileJob& job) {
           first = &job.tile->first;
         }
         Plane* const own = &job.writable->first;
-        // Easy: the ray is empty, or exactly one span of the same, sole material grows.
+        // Easy: the ray is empty, or exactly one span grows and the tile has only this material.
         const bool sole = job.tile->empty || job.tile->material == job.request.material;
-        unsigned hard = Bits(adds);
+        unsigned hard = add_bits;
         if (sole) {
           const VF in0 = hn::Load(d, first->in + slot), out0 = hn::Load(d, first->out + slot);
           const MF empty = hn::Ge(in0, out0);
@@ -667,7 +954,7 @@ void PaintTile(TileJob& job) {
   }
 }
 
-// Gives the ends that `ends` names their normals. cutting: material ends where the tool begins;
+// Stores normals for the ends that `ends` marks. cutting: material ends where the tool begins;
 // growing: it begins there.
 void StoreNormals(TileJob& job, bool cutting) {
   const DF d;
@@ -684,7 +971,7 @@ void StoreNormals(TileJob& job, bool cutting) {
         const size_t slot = static_cast<size_t>(row) * kTileSide + g * kLanes;
         const MF mask = FromBits((masks[row] >> (g * kLanes)) & kGroupMask);
         const VU code = hn::Load(du, codes + slot);
-        // With several planes, the end is in the one that has the very number.
+        // With several planes, the end is in the plane with exactly this value.
         for (Plane* p = first; p; p = p->next) {
           MF here = mask;
           if (first->next)
@@ -705,8 +992,6 @@ template <unsigned kSummed>
 HWY_INLINE void RunSummed(TileJob& job) {
   switch (job.request.operation) {
     case Operation::cut:
-      // Take the tile for writing only if there is something to write.
-      if (job.request.field->shared(job.tu, job.tv) && !Meets(job)) return;
       job.tile = job.writable = &job.request.field->maybe_writable(job.tu, job.tv);
       return CutTile<kSummed>(job);
     case Operation::contact:
@@ -716,19 +1001,24 @@ HWY_INLINE void RunSummed(TileJob& job) {
     case Operation::deposit_contact:
       return DepositTile<false, kSummed>(job);
     case Operation::paint:
-      return;  // sums nothing: RunVectors
+      return;  // see RunVectors
   }
 }
 
-void ClearSums(LaneSums& sums) {
+void ClearSums(TileJob& job) {
   const hn::CappedTag<double, 8> d;
-  for (auto& lanes : sums.of)
-    for (size_t at = 0; at < kTileSide; at += hn::MaxLanes(d))
-      hn::StoreU(hn::Zero(d), d, lanes + at);
+  const auto clear = [&](auto& sums) HWY_ATTR {
+    for (auto& lanes : sums.of)
+      for (size_t at = 0; at < kTileSide; at += hn::MaxLanes(d))
+        hn::StoreU(hn::Zero(d), d, lanes + at);
+  };
+  clear(job.sums);
+  if (!job.request.motion->chip) return;
+  clear(job.chip);
+  for (CellSet& cells : job.chip_cells) cells.clear();
 }
 
-// All lanes together. Fixed pairwise trees, so that the order does not depend on the vector's
-// width.
+// Sums all lanes. Fixed pairwise trees, so that the order does not depend on the vector's width.
 void ReduceSums(const LaneSums& sums, LaneTotals& totals) {
   for (size_t i = 0; i < LaneSums::kCount; i++) {
     double x[kTileSide / 2], by_lane[kTileSide / 2];
@@ -742,28 +1032,38 @@ void ReduceSums(const LaneSums& sums, LaneTotals& totals) {
   }
 }
 
+template <unsigned kSummed>
+HWY_INLINE void RunWeighted(TileJob& job) {
+  if (job.rays.axis == Axis::z)
+    RunSummed<kSummed | kNodes>(job);
+  else
+    RunSummed<kSummed>(job);
+}
+
 void RunVectors(TileJob& job) {
-  const Operation operation = job.request.operation;
-  const bool growing = operation == Operation::deposit || operation == Operation::deposit_contact;
-  if (operation == Operation::paint) {
-    PaintTile(job);
+  if (job.request.operation == Operation::paint) return PaintTile(job);
+  const bool growing = is_growing(job.request.operation);
+  // A tile is made writable only if there is something to write.
+  if (job.request.motion->along) {
+    if (growing && !MarkAdds(job)) return;
+    job.ends = {};
+  } else {
+    if (!(growing ? MarkAdds(job) : MarkEndsInMaterial(job))) return;
+    if (job.ends.rows) request_normals(job);
+  }
+  if (job.request.motion->chip && !scalar_sums(job)) ChipPass(job).Run(growing);
+  if (job.request.motion->along && !scalar_sums(job)) {
+    if (has_grain(job, job.sums_material))
+      RunSummed<kLengths | kWeighted>(job);
+    else
+      RunSummed<kLengths>(job);
   } else if (scalar_sums(job)) {
     AddScalarSums(job, growing);
     RunSummed<kNothing>(job);
-  } else if (sums_passed(job)) {
-    if (job.rays.axis == Axis::z)
-      RunSummed<kLengths | kNodes | kPassed>(job);
-    else
-      RunSummed<kLengths | kPassed>(job);
-  } else if (grain_felt(job, job.sums_material)) {
-    if (job.rays.axis == Axis::z)
-      RunSummed<kLengths | kNodes | kFelt>(job);
-    else
-      RunSummed<kLengths | kFelt>(job);
-  } else if (job.rays.axis == Axis::z) {
-    RunSummed<kLengths | kNodes>(job);
+  } else if (has_grain(job, job.sums_material)) {
+    RunWeighted<kCorrections | kWeighted>(job);
   } else {
-    RunSummed<kLengths>(job);
+    RunWeighted<kCorrections>(job);
   }
 }
 
@@ -778,84 +1078,181 @@ HWY_EXPORT(StoreNormals);
 HWY_EXPORT(ClearSums);
 HWY_EXPORT(ReduceSums);
 
-// Of u: what a piece resists of which `late` is late wood.
-static double grain_resists(const TileJob& job, uint8_t material, double across2, double late) {
+// True if the tool's intervals along z, made longer by `margin` at both ends, hold the node.
+static bool tool_holds(TileJob& job, const Index3& node, float margin) {
+  const auto u = static_cast<int>(node[0]), v = static_cast<int>(node[1]);
+  // The z field is edited only in these tiles.
+  if (node[2] < 0 || u < job.request.z_begin[0] || u >= job.request.z_end[0] ||
+      v < job.request.z_begin[1] || v >= job.request.z_end[1])
+    return false;
+  const RayTile rays{Axis::z, u / kTileSide * kTileSide, v / kTileSide * kTileSide};
+  const int slot = (v - rays.v0) * kTileSide + u - rays.u0;
+  const float depth = static_cast<float>(node[2]) + 0.5f;
+  for (int layer = 0;; layer++) {
+    if (!(job.ties_rays == rays) || job.ties_layer != layer) {
+      job.ties.normals_ready = 0;
+      job.ties.last = false;
+      job.ties_any = job.request.solid->spans(rays, layer, job.ties);
+      job.ties_rays = rays;
+      job.ties_layer = layer;
+    }
+    if (!job.ties_any) return false;
+    if (((job.ties.rows >> (v - rays.v0)) & 1) && job.ties.lo[slot] < job.ties.hi[slot] &&
+        job.ties.lo[slot] - margin <= depth && depth - margin <= job.ties.hi[slot])
+      return true;
+    if (job.ties.last) return false;
+  }
+}
+
+bool holds_node(TileJob& job, int row, int lane, int k, EndOf end, int material) {
+  const Axis axis = job.rays.axis;
+  Index3 node;
+  node[u_index(axis)] = job.rays.u0 + lane;
+  node[v_index(axis)] = job.rays.v0 + row;
+  node[depth_index(axis)] = k;
+  const FieldSnapshot& z = *job.request.z;
+  const bool growing = is_growing(job.request.operation);
+  if (growing && end != EndOf::material) material = job.request.material;
+  const bool before = z.holds(node, material, kTie) &&
+                      !(job.request.earlier && removed_earlier(*job.request.earlier, node));
+  if (end == EndOf::material) return before;
+  if (end == EndOf::met) return !before;
+  if (!growing) return !before || tool_holds(job, node, kTie);
+  if (before || z.holds(node, -1, kTie)) return before;
+  return tool_holds(job, node, -kTie) ||
+         (z.holds(node, material, -kTie) && tool_holds(job, node, kTie));
+}
+
+FieldDirection direction_in_field(const TileJob& job) {
+  const Vec3& shift = job.request.motion->shift.units;
+  const double length = std::sqrt(shift.squaredNorm());
+  if (!(length > 0)) return {0, 0, 0};
+  const Axis axis = job.rays.axis;
+  return {static_cast<float>(shift[u_index(axis)] / length),
+          static_cast<float>(shift[v_index(axis)] / length),
+          static_cast<float>(shift[depth_index(axis)] / length)};
+}
+
+// Resistance over the material's u, for a piece with the share `late` of late wood.
+static double grain_resistance(const TileJob& job, uint8_t material, double across2, double late) {
   const Grain& grain = *job.request.motion->grain;
   return grain.by_direction(material, across2) * (1 + grain.ring(material) * (late - kMeanLate));
 }
 
-void add_overlap(TileJob& job, int row, int lane, float lo, float hi, uint8_t span_material,
-                 double sign, double late) {
-  const auto axis = static_cast<size_t>(job.rays.axis);
+// Displacement of an element at r from the reference point [lattice units].
+static Vec3 displacement(const Motion& motion, const Vec3& r) {
+  return motion.turning ? Vec3(motion.shift.units + motion.turn.cross(r)) : motion.shift.units;
+}
+
+// Adds one element of a ray to the sums of its material. `length`: its length along the ray; r: its
+// position relative to the reference point.
+static void add_element(const TileJob& job, RemovedPart& part, uint8_t material, double volume,
+                        double length, const Vec3& r, double late) {
+  const Motion& motion = *job.request.motion;
+  part.moment += volume * r;
+  const Vec3 s = displacement(motion, r);
+  if (motion.chip) {
+    RemovedPart::ChipSums& chip = part.chip();
+    const int depth = depth_index(job.rays.axis);
+    for (int i = 0; i < 3; i++) {
+      const double extent = i == depth ? length : 1;
+      chip.second[static_cast<size_t>(i)] += volume * (r[i] * r[i] + extent * extent / 12);
+    }
+    chip.second[3] += volume * r[0] * r[1];
+    chip.second[4] += volume * r[0] * r[2];
+    chip.second[5] += volume * r[1] * r[2];
+    const double size = std::sqrt(s.squaredNorm());
+    if (motion.turning && size > 0) {
+      chip.section += volume / size;
+      chip.path_volume += volume * size;
+    }
+  }
+  if (has_grain(job, material)) {
+    volume *= grain_resistance(job, material,
+                               motion.turning ? motion.grain->across2(s) : motion.across2, late);
+    part.start_weighted_sums();
+    part.weighted_volume += volume;
+    part.weighted_moment += volume * r;
+  }
+  const double s2 = s.squaredNorm();
+  if (!motion.turning || !(s2 > 0)) return;
+  const Vec3 f = (volume / s2) * s;
+  RemovedPart::TurnSums& turn = part.turn();
+  turn.force += f;
+  turn.moment += r.cross(f);
+  turn.moment_axis += r.dot(motion.tool_axis) * motion.tool_axis.cross(f);
+}
+
+void add_overlap(TileJob& job, int row, int lane, const Overlap& overlap, uint8_t span_material,
+                 int sign, double late) {
   const int ui = u_index(job.rays.axis), vi = v_index(job.rays.axis),
             ti = depth_index(job.rays.axis);
-  // What a deposit meets counts as much as what it puts down, of which it is taken away.
+  // The overlap counts as the deposited material, because it is subtracted from that volume.
   const uint8_t material =
       job.request.material == kMixedMaterial ? span_material : job.request.material;
   RemovedPart& part = job.removed->part(material);
-  const Motion& motion = *job.request.motion;
-  const double length = sign * (static_cast<double>(hi) - lo);
+  const LatticePoint& reference = job.request.motion->reference;
   Vec3 r;
-  r[ui] = job.rays.u0 + lane + 0.5 - motion.reference[ui];
-  r[vi] = job.rays.v0 + row + 0.5 - motion.reference[vi];
-  r[ti] = 0.5 * (static_cast<double>(lo) + hi) - motion.reference[ti];
-  part.volume[axis] += length;
-  part.moment[axis] += length * r;
+  r[ui] = job.rays.u0 + lane + 0.5 - reference[ui];
+  r[vi] = job.rays.v0 + row + 0.5 - reference[vi];
+  if (const Vec3* const along = job.request.motion->along) {
+    const double length = sign * (*along)[ti] * (double{overlap.hi} - double{overlap.lo});
+    r[ti] = 0.5 * (double{overlap.hi} + double{overlap.lo}) - reference[ti];
+    part.correction += length;
+    add_element(job, part, material, length, double{overlap.hi} - double{overlap.lo}, r, late);
+    return;
+  }
+  const auto holds = [&](int k, bool at_hi) {
+    return holds_node(job, row, lane, k,
+                      end_of(at_hi ? overlap.tool_hi : overlap.tool_lo, overlap.added),
+                      span_material);
+  };
+  const RayVolume piece(overlap.lo, overlap.hi, overlap.weight_lo, overlap.weight_hi, holds,
+                        job.request.z != nullptr);
+  const auto add = [&](double volume, double from, double to) {
+    if (volume == 0) return;
+    r[ti] = 0.5 * (from + to) - reference[ti];
+    add_element(job, part, material, sign * volume, to - from, r, late);
+  };
   if (job.rays.axis == Axis::z) {
-    const auto k0 = static_cast<int64_t>(std::ceil(lo - 0.5f)),
-               k1 = static_cast<int64_t>(std::ceil(hi - 0.5f));
-    const int64_t n = sign < 0 ? k0 - k1 : k1 - k0;
+    const auto k0 = static_cast<int64_t>(piece.first), k1 = static_cast<int64_t>(piece.last);
+    const int64_t n = sign * (k1 - k0);
     part.points += n;
     part.node_sum[static_cast<size_t>(ui)] += n * (job.rays.u0 + lane);
     part.node_sum[static_cast<size_t>(vi)] += n * (job.rays.v0 + row);
     part.node_sum[static_cast<size_t>(ti)] += n * (k0 + k1 - 1) / 2;
+    add(piece.nodes(), static_cast<double>(k0), static_cast<double>(k1));
   }
-  const Vec3 s =
-      motion.turning ? Vec3(motion.shift.units + motion.turn.cross(r)) : Vec3(Vec3::Zero());
-  double resists = 1;  // over u
-  if (!sums_passed(job) && grain_felt(job, material)) {
-    resists = grain_resists(job, material,
-                            motion.turning ? motion.grain->across2(s) : motion.across2, late);
-    part.feel();
-    part.felt_volume[axis] += resists * length;
-    part.felt_moment[axis] += resists * length * r;
+  part.correction += sign * piece.correction();
+  add(piece.correction_lo, overlap.lo, piece.first);
+  add(piece.correction_hi, piece.last, overlap.hi);
+  if (!job.request.motion->chip) return;
+  part.chip().length +=
+      sign * job.request.motion->length_weights[ti] * (double{overlap.hi} - double{overlap.lo});
+  if (is_growing(job.request.operation)) return;
+  if (overlap.hi - overlap.lo > kMinMet) {
+    part.chip().cells[static_cast<size_t>(ui)].add16(job.rays.u0, 1u << lane);
+    part.chip().cells[static_cast<size_t>(vi)].add16(job.rays.v0, 1u << row);
   }
-  if (!motion.turning) return;
-  const double s2 = s.squaredNorm();
-  if (!(s2 > 0)) return;
-  const double weight = resists * length * (s[ti] * s[ti]) / s2;
-  const Vec3 f = (weight / s2) * s;
-  RemovedPart::TurnSums& turn = part.turn();
-  turn.force[axis] += f;
-  turn.moment[axis] += r.cross(f);
-  turn.moment_axis[axis] += r.dot(motion.tool_axis) * motion.tool_axis.cross(f);
-  turn.volume[axis] += weight;
+  const auto add_front = [&](bool at_out, float depth, uint32_t code) {
+    // The code is that of the remaining material, which ends where the tool begins.
+    const Vec3 normal = -decode_normal(code, job.rays.axis, at_out);
+    r[ti] = double{depth} - reference[ti];
+    const Vec3 s = displacement(*job.request.motion, r);
+    const double size = std::sqrt(s.squaredNorm());
+    if (!(size > 0)) return;
+    const double area = std::abs(normal[ti]) * std::max(0.0, normal.dot(s) / size);
+    part.chip().front += area;
+    part.chip().front_normal += area * normal;
+  };
+  const int slot = row * kTileSide + lane;
+  if (overlap.tool_lo) add_front(true, overlap.lo, job.spans.codes.lo[slot]);
+  if (overlap.tool_hi) add_front(false, overlap.hi, job.spans.codes.hi[slot]);
 }
 
-void add_passed(TileJob& job, int row, int lane, uint8_t material, double passed, double passed_t2,
-                double late) {
-  const auto axis = static_cast<size_t>(job.rays.axis);
-  const int ui = u_index(job.rays.axis), vi = v_index(job.rays.axis),
-            ti = depth_index(job.rays.axis);
-  const Motion& motion = *job.request.motion;
-  RemovedPart& part = job.removed->part(material);
-  const double resists =
-      grain_felt(job, material) ? grain_resists(job, material, motion.across2, late) : 1;
-  part.feel();
-  part.passed = true;
-  part.felt_volume[axis] += resists * passed;
-  Vec3& moment = part.felt_moment[axis];
-  moment[ui] += resists * passed * (job.rays.u0 + lane + 0.5 - motion.reference[ui]);
-  moment[vi] += resists * passed * (job.rays.v0 + row + 0.5 - motion.reference[vi]);
-  moment[ti] +=
-      resists *
-      (0.5 * passed_t2 + passed * (static_cast<double>(job.request.t_ref) - motion.reference[ti]));
-}
-
-// A deposit that was cut off at the lattice's border ends in a face square to the ray, whatever the
-// tool's surface.
+// A deposit that was clipped at the lattice's border ends in a face perpendicular to the ray.
 static void face_lattice(TileJob& job) {
-  const auto depth = static_cast<float>(job.request.field->nodes_depth());
+  const auto depth = static_cast<float>(job.request.nodes_depth);
   for (int slot = 0; slot < kTileRays; slot++) {
     if (!((job.spans.rows >> (slot / kTileSide)) & 1)) continue;
     if (job.spans.lo[slot] == 0) job.spans.codes.lo[slot] = 0;
@@ -863,35 +1260,77 @@ static void face_lattice(TileJob& job) {
   }
 }
 
+// Adds the chip sums of a volume with that first moment.
+static void flush_chip(const TileJob& job, RemovedPart& part, double volume, const Vec3& moment) {
+  const Axis axis = job.rays.axis;
+  const int u = u_index(axis), v = v_index(axis), t = depth_index(axis);
+  double sum[ChipLanes::kCount];
+  for (size_t i = 0; i < ChipLanes::kCount; i++) {
+    sum[i] = 0;
+    for (const double lane : job.chip.of[i]) sum[i] += lane;
+  }
+  const Vec3* const along = job.request.motion->along;
+  const double share = along ? (*along)[t] : 1;
+  // About the point from which they are counted.
+  Mat3 second;
+  second(u, u) = share * sum[ChipLanes::uu] + volume / 12;
+  second(v, v) = share * sum[ChipLanes::vv] + volume / 12;
+  second(t, t) = share * 0.25 * sum[ChipLanes::t2t2];
+  second(u, v) = second(v, u) = share * sum[ChipLanes::uv];
+  second(u, t) = second(t, u) = share * 0.5 * sum[ChipLanes::ut2];
+  second(v, t) = second(t, v) = share * 0.5 * sum[ChipLanes::vt2];
+  // About the reference; the point is `off` from it.
+  Vec3 off;
+  off[u] = double{job.request.u_ref} - job.request.motion->reference[u];
+  off[v] = double{job.request.v_ref} - job.request.motion->reference[v];
+  off[t] = double{job.request.t_ref} - job.request.motion->reference[t];
+  const Vec3 first = moment - volume * off;
+  second += first * off.transpose() + off * first.transpose() + volume * off * off.transpose();
+  RemovedPart::ChipSums& chip = part.chip();
+  for (int i = 0; i < 3; i++) chip.second[static_cast<size_t>(i)] += second(i, i);
+  chip.second[3] += second(0, 1);
+  chip.second[4] += second(0, 2);
+  chip.second[5] += second(1, 2);
+  for (size_t i = 0; i < 3; i++) chip.cells[i].add(job.chip_cells[i]);
+  if (along) return;
+  chip.length += job.request.motion->length_weights[t] * sum[ChipLanes::length];
+  chip.front += sum[ChipLanes::front];
+  chip.front_normal[u] += sum[ChipLanes::front_u];
+  chip.front_normal[v] += sum[ChipLanes::front_v];
+  chip.front_normal[t] += sum[ChipLanes::front_t];
+}
+
 void flush_sums(TileJob& job) {
   if (job.sums.material == kMixedMaterial) return;
-  const auto axis = static_cast<size_t>(job.rays.axis);
   const auto u = u_index(job.rays.axis), v = v_index(job.rays.axis), t = depth_index(job.rays.axis);
   RemovedPart& part = job.removed->part(job.sums.material);
   using S = LaneSums;
   LaneTotals sum;
   HWY_DYNAMIC_DISPATCH(ReduceSums)(job.sums, sum);
   const LatticePoint& ref = job.request.motion->reference;
-  // Of the four sums from `of` on.
-  const auto add = [&](double& volume, Vec3& moment, size_t of, double times) {
-    const double lengths = sum.of[of];
-    volume += times * lengths;
-    moment[u] += times * (sum.by_lane[of] + sum.of[of + 1] + lengths * (0.5 - ref[u]));
-    moment[v] += times * (sum.of[of + 2] + lengths * (0.5 - ref[v]));
+  // Adds the moment of the four sums that start at `of`. `from`: offset of their depth, in addition
+  // to t_ref.
+  const auto add_moment = [&](Vec3& moment, size_t of, double from, double times) {
+    const double all = sum.of[of];
+    moment[u] += times * (sum.by_lane[of] + sum.of[of + 1] + all * (0.5 - ref[u]));
+    moment[v] += times * (sum.of[of + 2] + all * (0.5 - ref[v]));
     moment[t] += times * (0.5 * sum.of[of + 3] +
-                          lengths * (static_cast<double>(job.request.t_ref) - ref[t]));
+                          all * (static_cast<double>(job.request.t_ref) + from - ref[t]));
   };
-  add(part.volume[axis], part.moment[axis], S::length, 1);
-  if (const bool passed = sums_passed(job); passed || grain_felt(job, job.sums.material)) {
+  const Vec3* const along = job.request.motion->along;
+  const double share = along ? (*along)[t] : 1;
+  const double volume_before = part.volume();
+  const Vec3 moment_before = part.moment;
+  part.correction += share * sum.of[S::correction];
+  add_moment(part.moment, S::correction, 0, share);
+  if (has_grain(job, job.sums.material)) {
     const Motion& motion = *job.request.motion;
-    part.feel();
-    part.passed |= passed;
-    add(part.felt_volume[axis], part.felt_moment[axis], S::felt,
-        grain_felt(job, job.sums.material)
-            ? motion.grain->by_direction(job.sums.material, motion.across2)
-            : 1);
+    const double times = share * motion.grain->by_direction(job.sums.material, motion.across2);
+    part.start_weighted_sums();
+    part.weighted_volume += times * sum.of[S::weighted];
+    add_moment(part.weighted_moment, S::weighted, 0, times);
   }
-  if (job.rays.axis == Axis::z) {
+  if (job.rays.axis == Axis::z && !along) {
     const double n = sum.of[S::nodes];
     part.points += static_cast<int64_t>(n);
     part.node_sum[static_cast<size_t>(u)] +=
@@ -899,11 +1338,14 @@ void flush_sums(TileJob& job) {
     part.node_sum[static_cast<size_t>(v)] += static_cast<int64_t>(sum.of[S::nodes_v]);
     part.node_sum[static_cast<size_t>(t)] += static_cast<int64_t>(
         0.5 * sum.of[S::nodes_t2] + n * static_cast<double>(job.request.t_ref));
+    add_moment(part.moment, S::nodes, 0.5, 1);
   }
+  if (job.request.motion->chip)
+    flush_chip(job, part, part.volume() - volume_before, part.moment - moment_before);
 }
 
-// Clipped to the lattice, an end may be nobody's any more: square to the ray, unless the solid says
-// otherwise.
+// Clipped to the lattice, an end may have no normal. Then it is perpendicular to the ray, unless
+// the solid sets another.
 static void clear_codes(SpanLayer& layer, unsigned rows) {
   for (unsigned left = rows; left; left &= left - 1) {
     const int slot = __builtin_ctz(left) * kTileSide;
@@ -912,23 +1354,34 @@ static void clear_codes(SpanLayer& layer, unsigned rows) {
   }
 }
 
-// The rays the vectors left over.
+void request_normals(TileJob& job) {
+  const bool growing = is_growing(job.request.operation);
+  const unsigned missing = job.ends.rows & ~job.spans.normals_ready;
+  if (missing) {
+    if (growing) clear_codes(job.spans, missing);
+    job.request.solid->normals(job.rays, job.layer, job.ends, job.spans);
+  }
+  if (growing) face_lattice(job);
+  job.ends = {};
+}
+
+// Edits the rays that the vectors cannot handle.
 static void edit_scalar_rays(TileJob& job, Tile& tile, bool growing) {
   for (int row = 0; row < kTileSide; row++)
     for (unsigned bits = job.scalar.rows[row]; bits; bits &= bits - 1) {
       const int lane = __builtin_ctz(bits), slot = row * kTileSide + lane;
       const float a = job.spans.lo[slot], b = job.spans.hi[slot];
-      // What ended there before, a deposit does not end: as the vectors have it.
+      // An end that was there before is not the tool's, as in the vector path.
       unsigned had_a = 0, had_b = 0;
-      for (const Plane* p = &tile.first; growing && p && !p->empty_at(slot); p = p->next) {
-        had_a |= p->in[slot] == a;
-        had_b |= p->out[slot] == b;
+      for (const Plane* p = &tile.first; p && !p->empty_at(slot); p = p->next) {
+        had_a |= (growing ? p->in : p->out)[slot] == a;
+        had_b |= (growing ? p->out : p->in)[slot] == b;
       }
       if (growing)
         deposit_ray(*job.request.field, tile, slot, a, b, job.request.material);
       else
         cut_ray(*job.request.field, tile, slot, a, b);
-      // The ends the tool made are those at exactly a and b.
+      // The ends that the tool made are those at exactly a and b.
       for (const Plane* p = &tile.first; p && !p->empty_at(slot); p = p->next) {
         const unsigned at_a = (growing ? p->in : p->out)[slot] == a,
                        at_b = (growing ? p->out : p->in)[slot] == b;
@@ -936,12 +1389,12 @@ static void edit_scalar_rays(TileJob& job, Tile& tile, bool growing) {
       }
     }
   for (Plane* p = &tile.first; p; p = p->next) p->tight = false;
-  job.shrank |= growing;  // a cut leaves only splits over, a deposit may join spans
+  job.shrank |= growing;  // a cut leaves only splits, but a deposit may join spans
 }
 
 void take_sums(TileJob& job) {
   flush_sums(job);
-  HWY_DYNAMIC_DISPATCH(ClearSums)(job.sums);
+  HWY_DYNAMIC_DISPATCH(ClearSums)(job);
   job.sums.material = job.sums_material;
 }
 
@@ -954,7 +1407,7 @@ void run_tile(TileJob& job) {
   const Operation operation = job.request.operation;
   job.writable = nullptr;
   if (operation == Operation::paint) return job.request.kernel(job);
-  const bool growing = operation == Operation::deposit || operation == Operation::deposit_contact;
+  const bool growing = is_growing(operation);
   job.sums_material = growing ? job.request.material : job.tile->material;
   job.met = job.shrank = false;
   job.gaps = 0;
@@ -974,12 +1427,6 @@ void run_tile(TileJob& job) {
     tile.empty = false;
   }
   if (job.ends.rows) {
-    const unsigned unknown = job.ends.rows & ~job.spans.normals_ready;
-    if (unknown) {
-      if (growing) clear_codes(job.spans, unknown);
-      job.request.solid->normals(job.rays, job.layer, job.ends, job.spans);
-    }
-    if (growing) face_lattice(job);
     HWY_DYNAMIC_DISPATCH(StoreNormals)(job, !growing);
     job.ends = {};
   }

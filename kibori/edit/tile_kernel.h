@@ -3,6 +3,8 @@
 // `edit`.
 #pragma once
 
+#include <array>
+
 #include <kibori/dexel/field.h>
 #include <kibori/edit/edit.h>
 #include <kibori/edit/removed.h>
@@ -11,40 +13,79 @@
 namespace kibori {
 
 struct TileJob;
+class EarlierCuts;
 enum class Operation { cut, deposit, paint, contact, deposit_contact };
 
-// The vector part of run_tile, for this machine's best instructions.
+// The vector part of run_tile, for the best instruction set of this machine.
 using TileKernel = void (*)(TileJob&);
 TileKernel tile_kernel();
 
-// What is asked of every tile that an edit of a field goes over.
+// Request for every tile of one field.
 struct TileRequest {
   Operation operation;
   TileKernel kernel;
-  Field* field;  // null for contact: nothing is written
+  Field* field;  // null for contact, which writes nothing
   const Solid* solid;
   const Motion* motion;
+  // decides tied ends (dexel/volume.h) of x and y; null: float32 rounding decides
+  const FieldSnapshot* z;
+  std::array<int, 2> z_begin, z_end;  // nodes of `z` in the tiles that the solid's bounds touch
+  int nodes_depth;                    // of the field
   double depth_min, depth_max;        // of the solid, with kBoundsSlack
   float t_ref;                        // whole number near the tool's depth
+  float u_ref, v_ref;                 // and near its rays
   bool deep;                          // the tool is too deep for node sums in float32
-  uint8_t material = kMixedMaterial;  // of a deposit; else each span is asked for its own
+  uint8_t material = kMixedMaterial;  // of a deposit; otherwise each span's own material counts
   Color color = 0;                    // of paint
+  // Cuts of a batch that came before, and that `z` does not show yet; null: none. See batch.cpp.
+  const EarlierCuts* earlier = nullptr;
 };
 
-// Sums over the tiles of one field, by lane; lattice units. Doubles, so that whole numbers stay
-// exact.
+// True if an earlier cut of the batch has removed the node, or made an end within kTie of it.
+bool removed_earlier(const EarlierCuts& earlier, const Index3& node);
+
+// Sums over the tiles of one field, by lane, in lattice units. They are doubles, so that whole
+// numbers stay exact. Each kind has four sums: itself, weighted by the tile's first u (_u0), by v,
+// and by twice (depth - t_ref).
 struct LaneSums {
-  // Of each kind four: itself, _u0, _v and _t2, in this order.
-  // clang-format off
-  enum Of { length, length_u0, length_v, length_t2,
-            nodes, nodes_u0, nodes_v, nodes_t2,
-            felt, felt_u0, felt_v, felt_t2, kCount };
-  // clang-format on
-  // length: of what was removed; _u0: weighted by the tile's first u; _v: by v; _t2: by twice
-  // (depth - t_ref); nodes: the same of lattice nodes, for the z field; felt: of lengths, each as
-  // much as the rings in it resist (edit/grain.h). Meaningful once `material` is set.
-  alignas(64) double of[kCount][kTileSide];
-  uint8_t material = kMixedMaterial;  // whose sums these are; kMixedMaterial: nothing summed yet
+  enum Of : uint8_t {
+    correction,  // of the ends (dexel/volume.h)
+    correction_u0,
+    correction_v,
+    correction_t2,
+    nodes,  // of the z field
+    nodes_u0,
+    nodes_v,
+    nodes_t2,
+    weighted,  // both, weighted by the resistance of the wood's rings (edit/grain.h)
+    weighted_u0,
+    weighted_v,
+    weighted_t2,
+    kCount
+  };
+  alignas(64) double of[kCount][kTileSide];  // valid once `material` is set
+  uint8_t material = kMixedMaterial;         // material of these sums; kMixedMaterial: no sums yet
+};
+
+// Sums by lane for the shape of the chip (RemovedPart::ChipSums). Second moments of the volume:
+// rays are relative to u_ref and v_ref, twice the depth is relative to 2 t_ref. Also sums over the
+// ends that the tool made.
+struct ChipLanes {
+  enum Of : uint8_t {
+    uu,
+    uv,
+    vv,
+    ut2,
+    vt2,
+    t2t2,
+    length,
+    front,
+    front_u,
+    front_v,
+    front_t,
+    kCount
+  };
+  alignas(64) double of[kCount][kTileSide];  // valid while LaneSums are
 };
 
 // Lanes whose ray needs the scalar path, by row.
@@ -55,38 +96,47 @@ struct ScalarRays {
 
 struct TileJob {
   const TileRequest request;
-  Removed* const removed;  // the sums go here
+  Removed* const removed;  // receives the sums
 
-  // Spans and sums stay as memory was: clearing them would cost more than small edits do.
+  // Does not initialise spans and sums: clearing them takes longer than small edits do.
   TileJob(const TileRequest& what, Removed& to) : request(what), removed(&to) {}
 
-  // The tile, and which layer of the solid meets it.
+  // The tile, and the layer of the solid that meets it.
   int tu = 0, tv = 0, layer = 0;
   RayTile rays = {};
   const Tile* tile = nullptr;  // current content
   Tile* writable = nullptr;    // the same, once it may be written: the model's own
 
-  // Scratch, empty between tiles but for the spans and the sums.
+  // Working memory. Between tiles it is empty, except for the spans and the sums.
   SpanLayer spans;
-  EndMasks ends = {};  // ends the tool made, whose normals are still to be asked for
+  EndMasks ends = {};        // ends that the tool made, whose normals are not stored yet
+  uint16_t adds[kTileSide];  // deposit: lanes in which it adds material, for the rows of `spans`
   ScalarRays scalar;
   LaneSums sums;
-  uint8_t sums_material = kMixedMaterial;  // of what this tile adds to `sums`
+  ChipLanes chip;
+  std::array<CellSet, 3> chip_cells;
+  uint8_t sums_material = kMixedMaterial;  // material of what this tile adds to `sums`
   uint16_t gaps = 0;                       // rows in which spans vanished
 
-  // What came of it.
+  // Layer `ties_layer` of the solid along z, for tied ends. Caches the tile of the last request.
+  SpanLayer ties;
+  RayTile ties_rays = {Axis::z, -1, -1};
+  int ties_layer = 0;
+  bool ties_any = false;
+
+  // Results.
   bool met = false;     // the tool met something
   bool shrank = false;  // a plane may have become empty
 };
 
-// Does what `job.request` asks, on the tile. Writes copy the tile first if it is shared.
+// Executes `job.request` on the tile. A write first copies the tile if it is shared.
 void run_tile(TileJob& job);
 
-// Adds what `job.sums` holds to `job.removed`; to be called after the last tile.
+// Adds `job.sums` to `job.removed`. Call it after the last tile.
 void flush_sums(TileJob& job);
 
-// Readies `job.sums` for sums of `job.sums_material`. Only called where the tool met something, so
-// that nothing else shows in `job.removed`.
+// Prepares `job.sums` for sums of `job.sums_material`. Called only if the tool met something, so
+// that `job.removed` contains only such materials.
 void take_sums(TileJob& job);
 
 }  // namespace kibori

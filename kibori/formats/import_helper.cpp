@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
 #include <chrono>
 #include <csignal>
 #include <cstddef>
@@ -33,15 +34,27 @@ extern char** environ;
 namespace kibori {
 namespace {
 
-constexpr int kMeshHandle = 3;  // of the memory file, in the helper
-constexpr char kMagic[8] = {'K', 'I', 'B', 'M', 'E', 'S', 'H', '1'};
+constexpr int kResultHandle = 3;             // the memory file's handle in the helper
+constexpr uint64_t kMaxNoteBytes = 1 << 14;  // more than anyone reads
+constexpr uint64_t kMaxNameBytes = 1 << 24;
+constexpr int kMaxVoxelsAlong = 2048;
+constexpr char kMeshMagic[8] = {'K', 'I', 'B', 'M', 'E', 'S', 'H', '1'};
+constexpr char kVolumeMagic[8] = {'K', 'I', 'B', 'V', 'O', 'L', 'U', '1'};
 
-struct Head {
+// The memory file of a mesh: this, vertices, triangles, and notes that end with a line feed each.
+struct MeshHead {
   char magic[8];
   uint64_t vertices, triangles;
 };
+// The memory file of a volume: this, the labels of its voxels, and lines of a label and its name.
+struct VolumeHead {
+  char magic[8];
+  int32_t size[3];
+  uint32_t padding = 0;
+  double voxel_mm[3];
+};
 
-// Parsers get through megabytes a second; this is far more than any needs.
+// Parsers read megabytes per second, so this is far more than any parser needs.
 double seconds_for(const std::filesystem::path& path) {
   std::error_code error;
   const auto size = std::filesystem::file_size(path, error);
@@ -73,6 +86,11 @@ class Handle {
   int number_;
 };
 
+// Ends a sentence about something that no file may cause.
+constexpr const char* kOurFault =
+    ", which is a fault of Kibori, not of the file; report it, and save the file in another format "
+    "until it is fixed";
+
 bool write_all(int handle, const void* data, size_t bytes) {
   const char* at = static_cast<const char*>(data);
   while (bytes > 0) {
@@ -96,22 +114,33 @@ bool read_all(int handle, void* data, size_t bytes) {
   return true;
 }
 
-// What the helper left in the memory file; nothing in it is believed unseen.
-Result<TriangleMesh> receive_mesh(int handle, const std::string& name) {
-  const Error broken{name + ": the importer gave no proper mesh; the file is damaged or hostile"};
-  Head head;
+// Reads the head of the memory file. `bytes` receives the file's size.
+template <class Head>
+bool read_head(int handle, const char (&magic)[8], Head& head, uint64_t& bytes) {
   const off_t size = lseek(handle, 0, SEEK_END);
   if (size < 0 || lseek(handle, 0, SEEK_SET) != 0 || !read_all(handle, &head, sizeof head) ||
-      std::memcmp(head.magic, kMagic, sizeof kMagic) != 0)
-    return broken;
+      std::memcmp(head.magic, magic, sizeof magic) != 0)
+    return false;
+  bytes = static_cast<uint64_t>(size);
+  return true;
+}
+
+// Reads the mesh that the helper wrote to the memory file. It checks everything, because the helper
+// may be compromised.
+Result<TriangleMesh> receive_mesh(int handle, const std::string& name,
+                                  std::vector<std::string>* notes) {
+  const Error broken{name + ": the importer gave no proper mesh" + kOurFault};
+  MeshHead head;
+  uint64_t size = 0;
+  if (!read_head(handle, kMeshMagic, head, size)) return broken;
   if (head.triangles > kMaxImportTriangles || head.vertices > 3 * kMaxImportTriangles)
-    return Error{name + ": holds more triangles than can be taken"};
+    return Error{name + ": holds more triangles than can be read (100 million); export fewer"};
   TriangleMesh mesh;
   using Triangle = decltype(mesh.triangles)::value_type;
   static_assert(sizeof(Vec3) == 24 && sizeof(Triangle) == 12);
-  if (static_cast<uint64_t>(size) !=
-      sizeof head + head.vertices * sizeof(Vec3) + head.triangles * sizeof(Triangle))
-    return broken;
+  const uint64_t before_notes =
+      sizeof head + head.vertices * sizeof(Vec3) + head.triangles * sizeof(Triangle);
+  if (size < before_notes || size - before_notes > kMaxNoteBytes) return broken;
   mesh.vertices.resize(head.vertices);
   mesh.triangles.resize(head.triangles);
   if (!read_all(handle, static_cast<void*>(mesh.vertices.data()), head.vertices * sizeof(Vec3)) ||
@@ -122,11 +151,53 @@ Result<TriangleMesh> receive_mesh(int handle, const std::string& name) {
   for (const Triangle& t : mesh.triangles)
     for (const uint32_t v : t)
       if (v >= head.vertices) return broken;
+  std::string output(size - before_notes, '\0');
+  if (!read_all(handle, output.data(), output.size())) return broken;
+  for (size_t at = 0; notes && at < output.size();) {
+    const size_t end = std::min(output.find('\n', at), output.size());
+    notes->push_back(sanitize_message(output.substr(at, end - at)));
+    at = end + 1;
+  }
   return mesh;
 }
 
-// What the helper says on its standard error, until it closes it or the time is up (false).
-bool listen(int handle, double seconds, std::string& said) {
+// The same for a volume.
+Result<LabelVolume> receive_volume(int handle, const std::string& name) {
+  const Error broken{name + ": the importer gave no proper volume" + kOurFault};
+  VolumeHead head;
+  uint64_t bytes = 0;
+  if (!read_head(handle, kVolumeMagic, head, bytes)) return broken;
+  LabelVolume volume;
+  uint64_t voxels = 1;
+  for (int i = 0; i < 3; i++) {
+    if (head.size[i] < 1 || head.size[i] > kMaxVoxelsAlong ||
+        !(head.voxel_mm[i] > 0 && head.voxel_mm[i] < 1e9))
+      return broken;
+    volume.size[i] = head.size[i];
+    volume.voxel_mm[i] = head.voxel_mm[i];
+    voxels *= static_cast<uint64_t>(head.size[i]);
+  }
+  const uint64_t before_names = sizeof head + voxels * sizeof(uint16_t);
+  if (bytes < before_names || bytes - before_names > kMaxNameBytes) return broken;
+  volume.values.resize(voxels);
+  if (!read_all(handle, volume.values.data(), voxels * sizeof(uint16_t))) return broken;
+  std::string names(bytes - before_names, '\0');
+  if (!read_all(handle, names.data(), names.size())) return broken;
+  for (size_t at = 0; at < names.size();) {
+    const size_t end = std::min(names.find('\n', at), names.size()),
+                 space = std::min(names.find(' ', at), end);
+    uint16_t label = 0;
+    const auto [stop, error] = std::from_chars(names.data() + at, names.data() + space, label);
+    if (error != std::errc() || stop != names.data() + space || space == end) return broken;
+    volume.names[label] = sanitize_message(names.substr(space + 1, end - space - 1));
+    at = end + 1;
+  }
+  return volume;
+}
+
+// Collects the helper's standard error until the helper closes it. Returns false if the time is up
+// first.
+bool listen(int handle, double seconds, std::string& output) {
   const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
   for (;;) {
     const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(
@@ -140,31 +211,30 @@ bool listen(int handle, double seconds, std::string& said) {
     const ssize_t got = read(handle, text, sizeof text);
     if (got < 0 && errno == EINTR) continue;
     if (got <= 0) return true;
-    said.append(text, static_cast<size_t>(
-                          std::min<ssize_t>(got, static_cast<ssize_t>(4096 - said.size() % 4096))));
-    if (said.size() > 4096) said.resize(4096);
+    output.append(text, static_cast<size_t>(std::min<ssize_t>(
+                            got, static_cast<ssize_t>(4096 - output.size() % 4096))));
+    if (output.size() > 4096) output.resize(4096);
   }
 }
 
-}  // namespace
-
-Result<TriangleMesh> read_in_helper(const std::filesystem::path& path) {
+// Runs the helper on a file. Returns no error if the helper wrote its result to `memory`.
+Status run_helper(const std::filesystem::path& path, const Handle& memory) {
   const std::string name = path.string();
   const std::string program = helper_program();
   int ends[2] = {-1, -1};
   const bool piped = pipe2(ends, O_CLOEXEC) == 0;
-  Handle from(ends[0]), pipe_end(ends[1]), memory(memfd_create("mesh", MFD_CLOEXEC));
-  // Out of the way of the helper's own numbers: dup2 onto itself would leave a handle to be closed
-  // by exec.
-  Handle to(fcntl(pipe_end.get(), F_DUPFD_CLOEXEC, kMeshHandle + 1)),
-      mesh(fcntl(memory.get(), F_DUPFD_CLOEXEC, kMeshHandle + 1));
-  if (!piped || to.get() < 0 || mesh.get() < 0)
+  Handle from(ends[0]), pipe_end(ends[1]);
+  // These numbers are above the helper's own. dup2 of a handle onto itself would keep
+  // close-on-exec, and exec would close it.
+  Handle to(fcntl(pipe_end.get(), F_DUPFD_CLOEXEC, kResultHandle + 1)),
+      result(fcntl(memory.get(), F_DUPFD_CLOEXEC, kResultHandle + 1));
+  if (!piped || to.get() < 0 || result.get() < 0)
     return Error{name + ": no handles left to read it with"};
 
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_adddup2(&actions, to.get(), STDERR_FILENO);
-  posix_spawn_file_actions_adddup2(&actions, mesh.get(), kMeshHandle);
+  posix_spawn_file_actions_adddup2(&actions, result.get(), kResultHandle);
   posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
   posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
   std::string first = program, second = name;
@@ -174,33 +244,54 @@ Result<TriangleMesh> read_in_helper(const std::filesystem::path& path) {
   posix_spawn_file_actions_destroy(&actions);
   if (failed != 0)
     return Error{name + ": can't be read because the program '" + program + "' does not start (" +
-                 std::strerror(failed) + "); install it beside kibori or name it in KIBORI_IMPORT"};
+                 std::strerror(failed) +
+                 "); install it next to kibori or name it in KIBORI_IMPORT"};
   to.reset();
   pipe_end.reset();
 
-  std::string said;
+  std::string output;
   const double seconds = seconds_for(path);
-  const bool in_time = listen(from.get(), seconds, said);
+  const bool in_time = listen(from.get(), seconds, output);
   if (!in_time) kill(helper, SIGKILL);
   int status = 0;
   pid_t ended = -1;
   do ended = waitpid(helper, &status, 0);
   while (ended < 0 && errno == EINTR);
-  // Where SIGCHLD is ignored nobody knows how it ended, but for what it said.
-  if (ended < 0 && !said.empty()) status = 2 << 8;
+  // If SIGCHLD is ignored, the exit status is unknown. Then a message from the helper means that it
+  // failed.
+  if (ended < 0 && !output.empty()) status = 2 << 8;
   if (!in_time ||
       (WIFSIGNALED(status) && (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL)))
-    return Error{name + ": takes too long or too much memory to read; it is damaged or hostile"};
+    return Error{name + ": takes too long or too much memory to read (limit: " +
+                 std::to_string(static_cast<int64_t>(seconds)) +
+                 " s for a file of its size); export fewer triangles or voxels, or another format"};
   if (WIFSIGNALED(status))
-    return Error{name + ": crashes the importer (signal " + std::to_string(WTERMSIG(status)) +
-                 "); it is damaged or hostile"};
+    return Error{name + ": crashes the importer (signal " + std::to_string(WTERMSIG(status)) + ")" +
+                 kOurFault};
   if (WEXITSTATUS(status) == 127)
     return Error{name + ": can't be read because '" + program + "' does not start"};
   if (WEXITSTATUS(status) != 0) {
-    said.resize(std::min(said.find('\n'), said.size()));
-    return Error{said.empty() ? name + ": can't be read" : sanitize_message(said)};
+    output.resize(std::min(output.find('\n'), output.size()));
+    return Error{output.empty() ? name + ": can't be read" : sanitize_message(output)};
   }
-  return receive_mesh(mesh.get(), name);
+  return Ok{};
+}
+
+Handle memory_file() { return Handle(memfd_create("import", MFD_CLOEXEC)); }
+
+}  // namespace
+
+Result<TriangleMesh> read_in_helper(const std::filesystem::path& path,
+                                    std::vector<std::string>* notes) {
+  const Handle memory = memory_file();
+  if (Status fine = run_helper(path, memory); !fine) return Error{fine.error()};
+  return receive_mesh(memory.get(), path.string(), notes);
+}
+
+Result<LabelVolume> read_volume_in_helper(const std::filesystem::path& path) {
+  const Handle memory = memory_file();
+  if (Status fine = run_helper(path, memory); !fine) return Error{fine.error()};
+  return receive_volume(memory.get(), path.string());
 }
 
 bool limit_helper(const std::filesystem::path& path) {
@@ -213,13 +304,14 @@ bool limit_helper(const std::filesystem::path& path) {
   };
   std::error_code error;
   const auto size = std::filesystem::file_size(path, error);
-  if (error) return true;  // the parser will say what is wrong
-  // Parsers hold a file several times over, as text, tokens and numbers.
+  if (error) return true;  // the parser reports the error
+  // Parsers hold a file several times, as text, tokens and numbers.
   double memory = 1e9 + 200 * static_cast<double>(size);
   if (const double there = available_bytes(); there > 0)
     memory = std::min(memory, std::max(1e9, 0.8 * there));
+  prctl(PR_SET_PDEATHSIG, SIGKILL);  // nobody reads the result of a caller that has ended
 #ifdef KIBORI_SANITIZED
-  const bool bounded = true;  // sanitisers reserve address space by the terabyte
+  const bool bounded = true;  // sanitisers reserve terabytes of address space
 #else
   const bool bounded = set(RLIMIT_AS, memory);
 #endif
@@ -227,10 +319,10 @@ bool limit_helper(const std::filesystem::path& path) {
 }
 
 void confine_helper() {
-#ifndef KIBORI_SANITIZED  // sanitisers open files when they have something to tell
+#ifndef KIBORI_SANITIZED  // sanitisers open files to report errors
   if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) return;
   landlock_ruleset_attr nothing = {};
-  // All that its first version knows.
+  // All access rights that Landlock's first version knows.
   nothing.handled_access_fs = (LANDLOCK_ACCESS_FS_MAKE_SYM << 1) - 1;
   const long rules = syscall(SYS_landlock_create_ruleset, &nothing, sizeof nothing, 0);
   if (rules >= 0) {
@@ -265,8 +357,7 @@ void confine_helper() {
       SYS_io_uring_setup,
       SYS_kill,
       SYS_tkill};
-  // Of another machine's calls none are known: they are refused, and so are x86-64's with short
-  // pointers.
+  // The filter rejects all calls of another architecture, and x86-64's calls with short pointers.
   std::vector<sock_filter> filter = {
       BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, arch)),
       BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, kMachine, 1, 0),
@@ -284,14 +375,34 @@ void confine_helper() {
 #endif
 }
 
-bool send_mesh(const TriangleMesh& mesh) {
-  Head head;
-  std::memcpy(head.magic, kMagic, sizeof kMagic);
+bool send_mesh(const TriangleMesh& mesh, const std::vector<std::string>& notes) {
+  MeshHead head;
+  std::memcpy(head.magic, kMeshMagic, sizeof kMeshMagic);
   head.vertices = mesh.vertices.size();
   head.triangles = mesh.triangles.size();
-  return write_all(kMeshHandle, &head, sizeof head) &&
-         write_all(kMeshHandle, mesh.vertices.data(), mesh.vertices.size() * sizeof(Vec3)) &&
-         write_all(kMeshHandle, mesh.triangles.data(), mesh.triangles.size() * 12);
+  std::string output;
+  for (const std::string& note : notes)
+    if (output.size() + note.size() < kMaxNoteBytes) output.append(sanitize_message(note)) += '\n';
+  return write_all(kResultHandle, &head, sizeof head) &&
+         write_all(kResultHandle, mesh.vertices.data(), mesh.vertices.size() * sizeof(Vec3)) &&
+         write_all(kResultHandle, mesh.triangles.data(), mesh.triangles.size() * 12) &&
+         write_all(kResultHandle, output.data(), output.size());
+}
+
+bool send_volume(const LabelVolume& volume) {
+  VolumeHead head;
+  std::memcpy(head.magic, kVolumeMagic, sizeof kVolumeMagic);
+  for (int i = 0; i < 3; i++) {
+    head.size[i] = volume.size[i];
+    head.voxel_mm[i] = volume.voxel_mm[i];
+  }
+  std::string names;
+  for (const auto& [label, name] : volume.names)
+    names.append(std::to_string(label)).append(" ").append(sanitize_message(name)) += '\n';
+  if (names.size() > kMaxNameBytes) names.clear();
+  return write_all(kResultHandle, &head, sizeof head) &&
+         write_all(kResultHandle, volume.values.data(), volume.values.size() * sizeof(uint16_t)) &&
+         write_all(kResultHandle, names.data(), names.size());
 }
 
 }  // namespace kibori

@@ -1,27 +1,37 @@
 // SPDX-License-Identifier: MIT
-// Both ends of the wire between this process and kibori-import, the program that runs other
-// people's parsers. It gets a file's path and an open memory file; it has limits on memory and
-// time; it may crash.
+// Connects this process with kibori-import, the program that runs the parsers of meshes and
+// labelled volumes. The helper gets the path of a file and an open memory file. It has limits on
+// memory and time, and it may crash.
 #pragma once
 
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include <kibori/base/result.h>
+#include <kibori/geometry/label_volume.h>
 #include <kibori/geometry/mesh.h>
 
 namespace kibori {
 
-// Reads a mesh by kibori-import, which is looked for in $KIBORI_IMPORT, beside the running program,
-// and on the PATH. Errors: what the parser says, or one sentence on how it ended (crash, memory,
-// time).
-Result<TriangleMesh> read_in_helper(const std::filesystem::path& path);
+// Reads a mesh with kibori-import. The program is searched in $KIBORI_IMPORT, next to the running
+// program, and on the PATH. `notes` receives what the parser left out. Errors: the parser's
+// message, or one sentence about how the helper ended (crash, memory, time).
+Result<TriangleMesh> read_in_helper(const std::filesystem::path& path,
+                                    std::vector<std::string>* notes = nullptr);
 
-// The helper's end: lowers this process's limits to what a file of this size can need, and writes a
-// mesh to the memory file. False where that is not possible.
+// The same for a labelled volume. Its values are 0 for air.
+Result<LabelVolume> read_volume_in_helper(const std::filesystem::path& path);
+
+// For the helper. limit_helper lowers this process's limits to what a file of this size can need.
+// The others write a mesh and its notes, or a volume, to the memory file. All return false if they
+// fail.
 bool limit_helper(const std::filesystem::path& path);
-bool send_mesh(const TriangleMesh& mesh);
-// From here on this process opens no file, no socket, and starts no program, as far as the kernel
-// can see to that (Landlock since Linux 5.13, and seccomp); handles that are open stay so.
+bool send_mesh(const TriangleMesh& mesh, const std::vector<std::string>& notes);
+bool send_volume(const LabelVolume& volume);
+// For the helper. After this call, this process cannot open a file or a socket, or start a program.
+// The kernel enforces this as far as it can (Landlock since Linux 5.13, and seccomp). Handles that
+// are open stay open.
 void confine_helper();
 
 }  // namespace kibori

@@ -8,7 +8,7 @@
 namespace kibori {
 namespace {
 
-enum Kind : uint8_t {
+enum RecordKind : uint8_t {
   kHeader = 1,
   kFooter = 2,
   kSchema = 3,
@@ -24,11 +24,11 @@ enum Kind : uint8_t {
   kDataEnd = 0x0f
 };
 
-constexpr char kMagic[] = {'\x89', 'M', 'C', 'A', 'P', '0', '\r', '\n'};
+constexpr char kMcapMagic[] = {'\x89', 'M', 'C', 'A', 'P', '0', '\r', '\n'};
 constexpr size_t kChunkBytes = 1 << 20;
 constexpr uint64_t kHead = 9;  // bytes of a record before its content
 
-// Little-endian.
+// Appends a number in little-endian order.
 template <class Number>
 void add(std::string& to, Number number) {
   for (size_t i = 0; i < sizeof(Number); i++)
@@ -65,7 +65,7 @@ std::string record(uint8_t kind, const std::string& content) {
 
 McapWriter::McapWriter(const std::filesystem::path& path, const std::string& program)
     : file_(path) {
-  file_.write(kMagic, sizeof kMagic);
+  file_.write(kMcapMagic, sizeof kMcapMagic);
   std::string header;
   add_text(header, "");
   add_text(header, program);
@@ -112,8 +112,8 @@ void McapWriter::write(uint16_t channel, uint64_t time_ns, const std::string& me
   chunk_last_ = time_ns;
   if (messages_ == 0) first_ns_ = time_ns;
   last_ns_ = time_ns;
-  // A chunk can be read alone.
-  if (!std::exchange(to.told, true)) {
+  // Each chunk repeats the schema and the channel, so that a reader can read it alone.
+  if (!std::exchange(to.announced, true)) {
     chunk_ += record(kSchema, to.schema);
     chunk_ += record(kChannel, to.channel);
   }
@@ -145,7 +145,7 @@ void McapWriter::end_chunk() {
   chunk.bytes = file_.size() - chunk.at;
   for (size_t i = 0; i < channels_.size(); i++) {
     Channel& channel = channels_[i];
-    channel.told = false;
+    channel.announced = false;
     if (channel.index.empty()) continue;
     const auto id = static_cast<uint16_t>(i + 1);
     chunk.indices[id] = file_.size();
@@ -224,7 +224,7 @@ Status McapWriter::commit() {
   add(footer, offset);
   add(footer, uint32_t{0});
   put(kFooter, footer);
-  file_.write(kMagic, sizeof kMagic);
+  file_.write(kMcapMagic, sizeof kMcapMagic);
   return file_.commit();
 }
 

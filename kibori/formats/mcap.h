@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Writes MCAP (https://mcap.dev/spec): messages of several channels in chunks, with an index. Its
-// own library is not in Debian.
+// Writes MCAP files (https://mcap.dev/spec): messages of several channels in chunks, with an index.
+// This code exists because Debian does not package the MCAP library.
 #pragma once
 
 #include <cstdint>
@@ -15,16 +15,17 @@ namespace kibori {
 
 class McapWriter {
  public:
-  // `program`: what writes it.
+  // `program`: name of the program that writes the file.
   McapWriter(const std::filesystem::path& path, const std::string& program);
 
-  // Channels are numbered from 1. Messages are JSON as the schema (JSON Schema) says.
+  // Adds a channel and returns its number, from 1. Messages are JSON that matches the schema (JSON
+  // Schema).
   uint16_t add_channel(const std::string& topic, const std::string& schema_name,
                        const std::string& json_schema);
   void add_metadata(const std::string& name, const std::map<std::string, std::string>& entries);
-  // In order of time.
+  // Messages must come in order of time.
   void write(uint16_t channel, uint64_t time_ns, const std::string& message);
-  // Errors: those of the file, which is whole or not there.
+  // Errors: those of the file. The file is complete or does not exist.
   Status commit();
 
  private:
@@ -32,8 +33,8 @@ class McapWriter {
   struct Channel {
     Record schema, channel;
     uint64_t messages = 0;
-    Record index;  // of the chunk: times and places
-    bool told = false;
+    Record index;  // of the chunk: times and offsets
+    bool announced = false;
   };
   struct Chunk {
     uint64_t first_ns, last_ns, at, bytes, index_bytes, size;

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: MIT
-// The formats of mesh files: one row each.
+// The formats of mesh files, one row each.
 //
-// A new format is a row here, a reader (read_mesh in mesh_file.cpp, or the program kibori-import in
-// apps/import/main.cpp), a writer if it is written (surface_file.cpp), and a corpus and a fuzzer in
-// fuzz/. Command line, studio and page take their lists from here.
+// A new format needs:
+// - a row here,
+// - a reader that kibori-import calls (apps/import/main.cpp),
+// - a writer in surface_file.cpp if Kibori writes it,
+// - a corpus and a fuzzer in fuzz/.
+//
+// Command line, studio and page take their lists from here.
 #pragma once
 
 #include <algorithm>
@@ -14,14 +18,15 @@
 
 namespace kibori {
 
+// One format of mesh files.
 struct MeshFormat {
-  // Which axis of the file's points up. `turned`: always y, and the reader turns it. `perhaps_z`:
-  // z, unless the mesh lies better with y up.
+  // The axis of the file that points up. `turned`: always y, and the reader turns it. `perhaps_z`:
+  // z, unless the mesh rests better with y up.
   enum class Up { turned, mostly_y, mostly_z, perhaps_z };
 
-  std::string_view ending;  // lower case, as ending_of gives it
-  bool written;             // by write_surface
-  double unit_mm;           // one unit of the file, which the reader has made mm
+  std::string_view ending;  // lower case, as ending_of returns it
+  bool written;             // true if write_surface supports it
+  double unit_mm;           // one unit of the file, which the reader has converted to mm
   const char* unit_note;    // for people, without its full stop
   Up up;
 };
@@ -35,7 +40,7 @@ inline constexpr MeshFormat kMeshFormats[] = {
     {".glb", true, 1000, "GLB files are in metres", MeshFormat::Up::turned},
 };
 
-// The format of an ending; null: none.
+// The format of an ending; null if it is unknown.
 constexpr const MeshFormat* mesh_format_of(std::string_view ending) {
   for (const MeshFormat& format : kMeshFormats)
     if (format.ending == ending) return &format;
@@ -43,7 +48,7 @@ constexpr const MeshFormat* mesh_format_of(std::string_view ending) {
 }
 
 namespace internal {
-// The endings of all formats, or of those that are written.
+// The endings of all formats, or of those that Kibori writes.
 template <size_t N>
 constexpr std::array<std::string_view, N> endings_of(bool written_only) {
   std::array<std::string_view, N> endings;
@@ -54,17 +59,19 @@ constexpr std::array<std::string_view, N> endings_of(bool written_only) {
 }
 }  // namespace internal
 
-// What read_mesh reads, and what write_surface writes.
+// The endings that read_mesh reads, and those that write_surface writes.
 inline constexpr auto kMeshesRead = internal::endings_of<std::size(kMeshFormats)>(false);
 inline constexpr auto kMeshesWritten = internal::endings_of<static_cast<size_t>(
     std::count_if(std::begin(kMeshFormats), std::end(kMeshFormats),
                   [](const MeshFormat& format) { return format.written; }))>(true);
 
+// True if `ending` is in the list.
 constexpr bool is_one_of(const auto& endings, std::string_view ending) {
   return std::find(endings.begin(), endings.end(), ending) != endings.end();
 }
 
-// ".stl, .ply and .glb" by ", " and " and "; `last` is as `between` where it is left out.
+// Joins endings, for example ".stl, .ply and .glb" by ", " and " and ". `last` defaults to
+// `between`.
 std::string list_of(const auto& endings, std::string_view between = ", ",
                     std::string_view last = {}) {
   std::string text;

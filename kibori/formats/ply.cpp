@@ -13,6 +13,8 @@
 #include <vector>
 
 #include <kibori/base/tolerances.h>
+#include <kibori/formats/polygons.h>
+#include <kibori/formats/text.h>
 
 namespace kibori {
 namespace {
@@ -38,14 +40,14 @@ std::optional<Type> type_named(std::string_view word) {
 struct Property {
   std::string name;
   Type type;                  // of the value, or of a list's items
-  std::optional<Type> count;  // of a list: what its length is written as
+  std::optional<Type> count;  // of a list: the type of its length
 };
 struct Element {
   std::string name;
   uint64_t rows = 0;
   std::vector<Property> properties;
 
-  // npos: there is none.
+  // Index of the first property with one of the names; npos if there is none.
   size_t find(bool list, std::initializer_list<std::string_view> names) const {
     for (size_t i = 0; i < properties.size(); i++)
       if (properties[i].count.has_value() == list &&
@@ -54,44 +56,44 @@ struct Element {
     return std::string::npos;
   }
 };
-struct Header {
+struct PlyHeader {
   Form form = Form::ascii;
   std::vector<Element> elements;
-  size_t bytes = 0;  // with its last line's end
+  size_t bytes = 0;  // including the end of its last line
   int lines = 0;
 };
 
 std::vector<std::string_view> words_of(std::string_view line) {
   std::vector<std::string_view> words;
-  for (size_t at = line.find_first_not_of(" \t"); at != std::string_view::npos;) {
-    const size_t end = std::min(line.find_first_of(" \t", at), line.size());
-    words.push_back(line.substr(at, end - at));
-    at = line.find_first_not_of(" \t", end);
-  }
+  for (std::string_view word = take_word(line); !word.empty(); word = take_word(line))
+    words.push_back(word);
   return words;
 }
 
-// What a file holds may be long, and stands in a sentence.
-std::string in_quotes(std::string_view word) {
-  std::string text("'");
-  return text.append(word.substr(0, 40)) += '\'';
+// How many bytes end a header's line. The first line says how; where it is CR alone, a following LF
+// belongs to the next line, or to the binary data.
+bool ends_with_cr(std::string_view text) {
+  const size_t end = text.find_first_of("\r\n");
+  return end != std::string_view::npos && text[end] == '\r' && text.substr(end, 2) != "\r\n";
 }
 
-Result<Header> parse_header(std::string_view text, const std::string& name) {
-  Header header;
+Result<PlyHeader> parse_header(std::string_view text, const std::string& name) {
+  PlyHeader header;
   bool form_given = false;
+  const char line_end = ends_with_cr(text) ? '\r' : '\n';
   const auto wrong = [&](const std::string& what) {
     return Error{sanitize_message(name + ":" + std::to_string(header.lines) + ": " + what)};
   };
   while (header.bytes < text.size()) {
-    const size_t end = std::min(text.find('\n', header.bytes), text.size());
+    const size_t end = std::min(text.find(line_end, header.bytes), text.size());
     std::string_view line = text.substr(header.bytes, end - header.bytes);
     if (line.ends_with('\r')) line.remove_suffix(1);
     header.bytes = std::min(end + 1, text.size());
     header.lines++;
     const std::vector<std::string_view> words = words_of(line);
     if (header.lines == 1) {
-      if (line != "ply") return wrong("a PLY file begins with 'ply'; is it one?");
+      if (words.size() != 1 || words[0] != "ply")
+        return wrong("a PLY file begins with 'ply'; is it one?");
     } else if (words.empty() || words[0] == "comment" || words[0] == "obj_info") {
       continue;
     } else if (words[0] == "end_header") {
@@ -131,26 +133,26 @@ Result<Header> parse_header(std::string_view text, const std::string& name) {
 // The numbers after the header, one by one.
 class Numbers {
  public:
-  Numbers(std::span<const char> bytes, const Header& header)
+  Numbers(std::span<const char> bytes, const PlyHeader& header)
       : at_(bytes.data() + header.bytes),
         end_(bytes.data() + bytes.size()),
         form_(header.form),
         line_(header.lines + 1) {}
 
-  // Bytes that a number takes at least; an ASCII file needs a space before all but the first.
+  // Minimum number of bytes of a number. An ASCII file needs a space before every number except the
+  // first.
   size_t min_bytes(Type type) const { return form_ == Form::ascii ? 2 : bytes_of(type); }
   size_t room() const { return static_cast<size_t>(end_ - at_) + (form_ == Form::ascii ? 1 : 0); }
-  int line() const { return form_ == Form::ascii ? line_ : 0; }  // 0: none
+  int line() const { return form_ == Form::ascii ? line_ : 0; }  // 0: no line
   const std::string& problem() const { return problem_; }
 
-  // False where there is no number: problem() says what is there instead.
+  // Reads the next number. Returns false if there is none; problem() then describes what was found.
   bool next(Type type, double& value) {
     if (form_ == Form::ascii) {
       const std::string_view word = next_word();
       if (word.empty()) return ended();
-      const char* begin = word.data() + (word.starts_with('+') ? 1 : 0);
-      const auto [rest, error] = std::from_chars(begin, word.data() + word.size(), value);
-      if (error == std::errc() && rest == word.data() + word.size()) {
+      if (const std::optional<double> number = parse_number(word)) {
+        value = *number;
         if (type == Type::float32) value = static_cast<double>(static_cast<float>(value));
         return true;
       }
@@ -196,6 +198,20 @@ class Numbers {
     }
     return true;
   }
+  // Ends a row. A row of an ASCII file takes lines of its own: what is left of its last line is of
+  // no property that the header names. True: something was left.
+  bool end_row() {
+    if (form_ != Form::ascii) return false;
+    const char* const begin = at_;
+    while (at_ != end_ && !is_line_end(*at_)) at_++;
+    return !std::all_of(begin, at_, is_space);
+  }
+  // Whether anything follows the last row.
+  bool more() {
+    if (form_ != Form::ascii) return at_ != end_;
+    return !next_word().empty();
+  }
+
   // A number that nobody asks for may be any word.
   bool skip(Type type) {
     if (form_ == Form::ascii) return !next_word().empty() || ended();
@@ -211,11 +227,10 @@ class Numbers {
     return false;
   }
   std::string_view next_word() {
-    const auto space = [](char c) { return c == ' ' || (c >= '\t' && c <= '\r'); };
-    for (; at_ != end_ && space(*at_); at_++)
-      if (*at_ == '\n') line_++;
+    for (; at_ != end_ && is_space(*at_); at_++)
+      if (*at_ == '\n' || (*at_ == '\r' && (at_ + 1 == end_ || at_[1] != '\n'))) line_++;
     const char* begin = at_;
-    while (at_ != end_ && !space(*at_)) at_++;
+    while (at_ != end_ && !is_space(*at_)) at_++;
     return {begin, static_cast<size_t>(at_ - begin)};
   }
 
@@ -228,8 +243,9 @@ class Numbers {
 
 class Parser {
  public:
-  Parser(std::span<const char> bytes, const Header& header, const std::string& name)
-      : header_(header), name_(name), numbers_(bytes, header) {}
+  Parser(std::span<const char> bytes, const PlyHeader& header, const std::string& name,
+         std::vector<std::string>* notes)
+      : header_(header), name_(name), notes_(notes), numbers_(bytes, header) {}
 
   Result<TriangleMesh> run() {
     const auto named = [&](const char* what) {
@@ -240,13 +256,23 @@ class Parser {
                    std::to_string(named("vertex")) + " times instead of once"};
     vertices_ = std::ranges::find(header_.elements, "vertex", &Element::name)->rows;
     if (vertices_ > 3 * kMaxImportTriangles)
-      return Error{name_ + ": holds more vertices than can be taken"};
+      return Error{name_ + ": holds more vertices than can be read (300 million); export fewer"};
     for (const Element& element : header_.elements)
       if (const Status read = read_element(element); !read) return Error{read.error()};
+    if (!has_faces_)
+      return Error{name_ + ": holds only points (" + std::to_string(vertices_) +
+                   ") and no faces; make a mesh of them first"};
+    if (numbers_.more()) note("what follows its last element is ignored");
+    if (left_over_) note("numbers that its header does not name are ignored");
+    polygons_.finish(mesh_);
     return std::move(mesh_);
   }
 
  private:
+  void note(const std::string& what) {
+    if (notes_) notes_->push_back(name_ + ": " + what);
+  }
+
   // Where the reading is.
   std::string place(const Element& element, uint64_t row) const {
     return (numbers_.line() ? name_ + ":" + std::to_string(numbers_.line()) : name_) + ": " +
@@ -270,6 +296,9 @@ class Parser {
         strip || face ? element.find(true, {"vertex_indices", "vertex_index"}) : std::string::npos;
     if (strip && corners == std::string::npos)
       return Error{name_ + ": element 'tristrips' has no list 'vertex_indices'"};
+    if (face && corners == std::string::npos && element.rows > 0)
+      return Error{name_ + ": element 'face' has no list 'vertex_indices'"};
+    has_faces_ = has_faces_ || ((face || strip) && element.rows > 0);
     if (element.properties.empty()) return Ok{};  // its rows take no bytes, however many they are
     size_t min = 0;
     for (const Property& p : element.properties)
@@ -301,6 +330,7 @@ class Parser {
                               : !numbers_.next(property.type, point[axis - xyz.begin()]))
           return stopped(element, row);
       }
+      left_over_ = numbers_.end_row() || left_over_;
       if (!vertex) continue;
       if (!point.allFinite())
         return Error{place(element, row) + ": has a coordinate that is not a finite number"};
@@ -309,7 +339,7 @@ class Parser {
     return Ok{};
   }
 
-  // into: null where nobody asks for the items.
+  // into: null if the items are not needed.
   Status read_list(const Element& element, uint64_t row, const Property& property,
                    std::vector<double>* into) {
     double count = 0;
@@ -355,31 +385,47 @@ class Parser {
       if (i < begin + 2) continue;
       const bool turned = (i - begin) % 2 == 1;
       const double a = list[turned ? i - 1 : i - 2], b = list[turned ? i - 2 : i - 1], c = list[i];
-      if (a != b && b != c && c != a) add(a, b, c);  // else it only leads on to the next
+      // a degenerate triangle only leads to the next one
+      if (a != b && b != c && c != a) add(a, b, c);
     }
+    if (mesh_.triangles.size() > kMaxImportTriangles) return too_many();
     return Ok{};
   }
 
   Status add_face(const Element& element, uint64_t row, const std::vector<double>& list) {
-    for (const double index : list)
+    corners_.clear();
+    for (const double index : list) {
       if (!there(index)) return no_vertex(element, row, index);
-    for (size_t i = 2; i < list.size(); i++) add(list[0], list[i - 1], list[i]);
+      corners_.push_back(static_cast<uint32_t>(index));
+    }
+    polygons_.add(mesh_, corners_);
+    if (mesh_.triangles.size() > kMaxImportTriangles) return too_many();
     return Ok{};
   }
+  Error too_many() const {
+    return Error{name_ + ": holds more triangles than can be read (100 million); export fewer"};
+  }
 
-  const Header& header_;
+  const PlyHeader& header_;
   const std::string& name_;
+  std::vector<std::string>* notes_;
   Numbers numbers_;
   uint64_t vertices_ = 0;
   TriangleMesh mesh_;
+  Polygons polygons_;
+  std::vector<uint32_t> corners_;  // of one face
+  bool has_faces_ = false, left_over_ = false;
 };
 
 }  // namespace
 
-Result<TriangleMesh> parse_ply(std::span<const char> bytes, const std::string& name) {
-  const Result<Header> header = parse_header({bytes.data(), bytes.size()}, name);
+Result<TriangleMesh> parse_ply(std::span<const char> bytes, const std::string& name,
+                               std::vector<std::string>* notes) {
+  const std::string_view text = without_bom({bytes.data(), bytes.size()});
+  bytes = bytes.last(text.size());
+  const Result<PlyHeader> header = parse_header(text, name);
   if (!header) return Error{header.error()};
-  return Parser(bytes, header.value(), name).run();
+  return Parser(bytes, header.value(), name, notes).run();
 }
 
 }  // namespace kibori

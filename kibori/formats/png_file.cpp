@@ -12,9 +12,9 @@
 namespace kibori {
 namespace {
 
-constexpr int kMaxPixels = 8192;  // a side
+constexpr int kMaxPixels = 8192;  // per side
 
-// libpng leaves its functions by longjmp on errors, so nothing with a destructor is made after
+// libpng reports errors by longjmp. Therefore, no object with a destructor may be created after
 // setjmp.
 struct Writer {
   png_structp png = nullptr;
@@ -107,6 +107,10 @@ Result<GreyMap> parse_png_grey(std::span<const char> bytes, const std::string& n
                  ": is not a proper PNG picture: " + static_cast<const char*>(reader.reason)};
   png_set_user_limits(reader.png, kMaxPixels, kMaxPixels);
   png_set_chunk_malloc_max(reader.png, 1 << 24);
+  // Values are heights, whatever brightness they stand for on a screen. libpng would mix colours
+  // and transparency by these chunks.
+  constexpr png_byte kColorSpaces[] = "gAMA\0sRGB\0cHRM\0iCCP";
+  png_set_keep_unknown_chunks(reader.png, PNG_HANDLE_CHUNK_NEVER, kColorSpaces, 4);
   png_set_read_fn(reader.png, &reader, [](png_structp png, png_bytep to, png_size_t count) {
     auto* self = static_cast<Reader*>(png_get_io_ptr(png));
     if (self->left.size() < count) png_error(png, "it is cut short");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// PNG pictures and 16-bit grey maps.
+// Reads and writes PNG pictures and 16-bit grey maps.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 
 namespace kibori {
 
-// Rows from the top. Errors: those of the file.
+// Rows start at the top. Errors: those of the file.
 Status write_png_rgb(const std::filesystem::path& path, int width, int height,
                      std::span<const std::array<uint8_t, 3>> pixels);
 // The same in memory.
@@ -23,14 +23,15 @@ Status write_png_grey8(const std::filesystem::path& path, int width, int height,
 Status write_png_grey16(const std::filesystem::path& path, int width, int height,
                         std::span<const uint16_t> pixels);
 
+// A grey picture with 16 bits per pixel.
 struct GreyMap {
   int width = 0, height = 0;
-  // Rows from the top; 0 black, 65535 white, whatever the file's depth.
+  // Rows start at the top. 0 is black and 65535 white, for any depth of the file.
   std::vector<uint16_t> pixels;
 };
 
-// Any PNG as grey: colours by their luminance, transparency over black. Errors: no PNG, damaged,
-// more than 8192 pixels a side.
+// Reads any PNG as grey. Colours become their luminance, and transparent pixels are drawn over
+// black. Errors: not a PNG, damaged, more than 8192 pixels a side.
 Result<GreyMap> read_png_grey(const std::filesystem::path& path);
 Result<GreyMap> parse_png_grey(std::span<const char> bytes, const std::string& name);
 

@@ -77,7 +77,7 @@ class StlWriter final : public SurfaceWriter {
   uint64_t count_ = 0;
 };
 
-// Formats in which all vertices come before the first triangle: triangles wait in a spool.
+// Base of formats in which all vertices precede the first triangle. Triangles wait in a spool.
 class IndexedWriter : public SurfaceWriter {
  public:
   IndexedWriter(NewFile& file, Spool& triangles, std::span<const Rgb> colors)
@@ -110,7 +110,7 @@ class IndexedWriter : public SurfaceWriter {
   };
   virtual void put_vertex(const SurfaceVertex& vertex, const Rgb& color) = 0;
 
-  // Calls f(triangle) for all of them.
+  // Calls f(triangle) for all triangles.
   template <class F>
   Status for_triangles(F&& f) {
     const bool read =
@@ -149,7 +149,7 @@ class PlyWriter final : public IndexedWriter {
   }
 
  private:
-  // Always of the same length: the counts are known at the end.
+  // Has a fixed length, because the counts are known only at the end.
   std::string header() const {
     char text[500];
     std::snprintf(
@@ -189,7 +189,7 @@ class ObjWriter final : public IndexedWriter {
     size_t next = 0;
     uint64_t done = 0;
     return for_triangles([&](const SurfaceTriangle& t) {
-      // One without triangles is none.
+      // An object without triangles is not written.
       for (; next < objects_.size() && done >= objects_[next].first_triangle; next++)
         if (!objects_[next].name.empty() && objects_[next].triangles > 0)
           file_.write("o " + one_word(objects_[next].name) + "\n");
@@ -213,14 +213,15 @@ class ObjWriter final : public IndexedWriter {
   }
 };
 
-// Binary glTF 2.0: metres and Y up, so (x, y, z) mm becomes (x, z, -y) / 1000. One mesh a surface.
+// Binary glTF 2.0: metres and Y up, so (x, y, z) mm becomes (x, z, -y) / 1000. Each surface becomes
+// one mesh.
 class GlbWriter final : public IndexedWriter {
  public:
   GlbWriter(NewFile& file, Spool& spool, std::span<const Rgb> colors,
             std::span<const SurfaceObject> objects)
       : IndexedWriter(file, spool, colors), json_bytes_(kJson) {
     for (const SurfaceObject& object : objects)
-      json_bytes_ += kObjectJson + static_cast<uint32_t>(Json(object.name).dump().size());
+      json_bytes_ += kObjectJson + static_cast<uint32_t>(OrderedJson(object.name).dump().size());
     json_bytes_ += (4 - json_bytes_ % 4) % 4;
     file_.write(std::string(before_binary(), ' '));
   }
@@ -236,8 +237,10 @@ class GlbWriter final : public IndexedWriter {
       return Error{
           "a GLB file can hold 4 GB, and this surface takes more; use a coarser pitch or a "
           "tolerance"};
-    std::string json = describe(vertex_bytes).dump(-1, ' ', false, Json::error_handler_t::replace);
-    if (json.size() > json_bytes_) return Error{"a GLB file can't hold so many names"};
+    std::string json =
+        describe(vertex_bytes).dump(-1, ' ', false, OrderedJson::error_handler_t::replace);
+    if (json.size() > json_bytes_)
+      return Error{"the names exceed the size limit of a GLB file; use fewer or shorter ones"};
     json.resize(json_bytes_, ' ');
     const uint32_t head[5] = {0x46546c67, 2, static_cast<uint32_t>(before_binary() + binary),
                               json_bytes_, 0x4e4f534a};
@@ -245,7 +248,7 @@ class GlbWriter final : public IndexedWriter {
     file_.overwrite(0, head, sizeof head);
     file_.overwrite(sizeof head, json.data(), json.size());
     file_.overwrite(sizeof head + json.size(), chunk, sizeof chunk);
-    // A mesh's vertices are numbered from its first.
+    // Each mesh numbers its vertices from 0.
     size_t at = 0;
     uint64_t done = 0;
     return for_triangles([&](const SurfaceTriangle& t) {
@@ -258,22 +261,23 @@ class GlbWriter final : public IndexedWriter {
   }
 
  private:
-  using Json = nlohmann::ordered_json;
-  // Two heads, and JSON padded with spaces, as counts are known at the end: room for what all
-  // objects share, and for each.
+  using OrderedJson = nlohmann::ordered_json;
+  // Two heads, and JSON padded with spaces, because counts are known only at the end. kJson is the
+  // space for what all objects share, kObjectJson the space per object.
   static constexpr uint32_t kJson = 500, kObjectJson = 1400;
   static constexpr size_t kStride = 28;
   struct Bounds {
-    std::array<float, 3> least{kFarthest, kFarthest, kFarthest},
-        most{-kFarthest, -kFarthest, -kFarthest};
+    std::array<float, 3> low{kFarthest, kFarthest, kFarthest},
+        high{-kFarthest, -kFarthest, -kFarthest};
   };
   static constexpr float kFarthest = std::numeric_limits<float>::infinity();
 
   uint64_t before_binary() const { return 12 + 8 + json_bytes_ + 8; }
 
-  Json describe(uint64_t vertex_bytes) const {
-    Json nodes = Json::array(), meshes = Json::array(), accessors = Json::array(),
-         views = Json::array(), shown = Json::array();
+  OrderedJson describe(uint64_t vertex_bytes) const {
+    OrderedJson nodes = OrderedJson::array(), meshes = OrderedJson::array(),
+                accessors = OrderedJson::array(), views = OrderedJson::array(),
+                shown = OrderedJson::array();
     for (size_t i = 0; i < objects_.size(); i++) {
       const Object& object = objects_[i];
       if (object.triangles == 0) continue;
@@ -291,8 +295,8 @@ class GlbWriter final : public IndexedWriter {
                            {"componentType", 5126},
                            {"count", object.vertices},
                            {"type", "VEC3"},
-                           {"min", bounds_[i].least},
-                           {"max", bounds_[i].most}});
+                           {"min", bounds_[i].low},
+                           {"max", bounds_[i].high}});
       accessors.push_back({{"bufferView", view},
                            {"byteOffset", 12},
                            {"componentType", 5126},
@@ -308,24 +312,24 @@ class GlbWriter final : public IndexedWriter {
                            {"componentType", 5125},
                            {"count", 3 * object.triangles},
                            {"type", "SCALAR"}});
-      Json primitive{
+      OrderedJson primitive{
           {"attributes",
            {{"POSITION", accessor}, {"NORMAL", accessor + 1}, {"COLOR_0", accessor + 2}}},
           {"indices", accessor + 3},
           {"material", 0}};
-      Json node{{"mesh", meshes.size()}};
+      OrderedJson node{{"mesh", meshes.size()}};
       if (!object.name.empty()) node["name"] = object.name;
       const Vec3& tip = object.pose.tip;
       const Mat3& frame = object.pose.frame;
       if (tip != Vec3::Zero() || frame != Mat3::Identity()) {
-        // Columns; of both sides, (x, y, z) is (x, z, -y).
+        // Columns. In both coordinate systems, (x, y, z) becomes (x, z, -y).
         Mat3 turned;
         constexpr int kFrom[3] = {0, 2, 1};
         constexpr double kSign[3] = {1, 1, -1};
         for (int row = 0; row < 3; row++)
           for (int column = 0; column < 3; column++)
             turned(row, column) = kSign[row] * kSign[column] * frame(kFrom[row], kFrom[column]);
-        Json matrix = Json::array();
+        OrderedJson matrix = OrderedJson::array();
         for (int column = 0; column < 3; column++) {
           for (int row = 0; row < 3; row++) matrix.push_back(turned(row, column));
           matrix.push_back(0);
@@ -336,18 +340,19 @@ class GlbWriter final : public IndexedWriter {
       }
       shown.push_back(nodes.size());
       nodes.push_back(std::move(node));
-      meshes.push_back({{"primitives", Json::array({std::move(primitive)})}});
+      meshes.push_back({{"primitives", OrderedJson::array({std::move(primitive)})}});
     }
-    return {{"asset", {{"version", "2.0"}, {"generator", "Kibori"}}},
-            {"scene", 0},
-            {"scenes", Json::array({{{"nodes", std::move(shown)}}})},
-            {"nodes", std::move(nodes)},
-            {"meshes", std::move(meshes)},
-            {"materials", Json::array({{{"pbrMetallicRoughness",
-                                         {{"metallicFactor", 0}, {"roughnessFactor", 0.8}}}}})},
-            {"buffers", Json::array({{{"byteLength", vertex_bytes + triangle_count_ * 12}}})},
-            {"bufferViews", std::move(views)},
-            {"accessors", std::move(accessors)}};
+    return {
+        {"asset", {{"version", "2.0"}, {"generator", "Kibori"}}},
+        {"scene", 0},
+        {"scenes", OrderedJson::array({{{"nodes", std::move(shown)}}})},
+        {"nodes", std::move(nodes)},
+        {"meshes", std::move(meshes)},
+        {"materials", OrderedJson::array({{{"pbrMetallicRoughness",
+                                            {{"metallicFactor", 0}, {"roughnessFactor", 0.8}}}}})},
+        {"buffers", OrderedJson::array({{{"byteLength", vertex_bytes + triangle_count_ * 12}}})},
+        {"bufferViews", std::move(views)},
+        {"accessors", std::move(accessors)}};
   }
 
   void put_vertex(const SurfaceVertex& v, const Rgb& color) override {
@@ -361,13 +366,13 @@ class GlbWriter final : public IndexedWriter {
     std::memcpy(bytes + 12, normal.data(), 12);
     for (size_t i = 0; i < 3; i++) {
       bytes[24 + i] = static_cast<char>(linear(color[i]));
-      bounds.least[i] = std::min(bounds.least[i], at[i]);
-      bounds.most[i] = std::max(bounds.most[i], at[i]);
+      bounds.low[i] = std::min(bounds.low[i], at[i]);
+      bounds.high[i] = std::max(bounds.high[i], at[i]);
     }
     bytes[27] = static_cast<char>(255);
     file_.write(bytes, sizeof bytes);
   }
-  // glTF's vertex colours are linear, ours sRGB.
+  // glTF's vertex colours are linear. Kibori's are sRGB.
   static uint8_t linear(uint8_t srgb) {
     const double x = srgb / 255.0,
                  y = x <= 0.04045 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4);
@@ -375,10 +380,10 @@ class GlbWriter final : public IndexedWriter {
   }
 
   uint32_t json_bytes_;
-  std::vector<Bounds> bounds_;  // of the objects
+  std::vector<Bounds> bounds_;  // per object
 };
 
-// Its vertices where they stand.
+// Applies the pose to the vertices of a surface.
 SurfaceSink placed(const Pose& pose, const SurfaceSink& sink) {
   return [pose, sink, vertices = std::vector<SurfaceVertex>()](const SurfacePart& part) mutable {
     vertices.assign(part.vertices.begin(), part.vertices.end());
@@ -404,8 +409,8 @@ Status write_pieces(SurfaceWriter& writer, std::span<const SurfaceObject> object
       any |= !part.triangles.empty();
       writer.put(part);
     };
-    const bool stands = object.pose.tip == Vec3::Zero() && object.pose.frame == Mat3::Identity();
-    object.surface(stands || writer.places() ? sink : placed(object.pose, sink));
+    const bool at_origin = object.pose.tip == Vec3::Zero() && object.pose.frame == Mat3::Identity();
+    object.surface(at_origin || writer.places() ? sink : placed(object.pose, sink));
   }
   if (!any)
     return Error{"there is no surface to write: no material, or none as thick as the pitch"};
@@ -446,7 +451,7 @@ Status write_objects(const std::filesystem::path& path, std::span<const SurfaceO
   if (ending == ".obj") writer = std::make_unique<ObjWriter>(file, spool, material_colors);
   if (ending == ".glb") writer = std::make_unique<GlbWriter>(file, spool, material_colors, objects);
   if (ending == ".3mf") writer = threemf_writer(file, spool, more, material_colors);
-  KIBORI_CHECK(writer);  // each row of kMeshFormats that is written has one
+  KIBORI_CHECK(writer);  // every written row of kMeshFormats has a writer
   if (const Status done = write_pieces(*writer, objects); !done)
     return Error{path.string() + ": " + done.error()};
   return file.commit();

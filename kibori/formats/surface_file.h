@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Surfaces into files. Inside everything is mm with Z up; formats that have other units or axes are
-// converted.
+// Writes surfaces to files. Coordinates inside Kibori are in mm with Z up. Formats with other units
+// or axes are converted.
 #pragma once
 
 #include <array>
@@ -16,8 +16,8 @@ namespace kibori {
 
 using Rgb = std::array<uint8_t, 3>;
 
-// The colour of a vertex: the one it was painted, else that of its material, white for a material
-// without one.
+// The colour of a vertex: its paint if it has one, otherwise the colour of its material. White if
+// the material has no colour.
 Rgb color_of(const SurfaceVertex& vertex, std::span<const Rgb> material_colors);
 
 // Calls its sink with the surface, piece by piece.
@@ -30,25 +30,25 @@ struct SurfaceObject {
   SurfaceSource surface;
 };
 
-// By the file's ending:
-//   .stl  binary; positions alone; mm
+// Writes one surface. The file's ending selects the format:
+//   .stl  binary; positions only; mm
 //   .ply  binary; normals and colours; mm
 //   .obj  text; normals, and colours after the positions, as most programs read them; mm
 //   .3mf  colours; mm
 //   .glb  normals and colours; metres, Y up
-// Every coordinate in mm comes back to the bit from the first four. Needs little memory: what must
-// wait is spooled beside the file. Errors: unknown ending, a surface without triangles, more
-// triangles or bytes than the format can count, a file that can't be written; nothing is
-// half-written.
+// The first four preserve every coordinate in mm to the bit. Memory use is small: a spool file next
+// to the output holds the data that must wait. Errors: unknown ending, a surface without triangles,
+// more triangles or bytes than the format can count, a file that cannot be written. An error leaves
+// no partial file.
 Status write_surface(const std::filesystem::path& path, const SurfaceSource& surface,
                      std::span<const Rgb> material_colors);
-// Several: .3mf and .glb keep each as an object of its own, with its name, in its own coordinates
-// and placed by its pose; .obj as an object where it stands; .stl and .ply all where they stand, as
-// one.
+// Writes several surfaces. .3mf and .glb keep each as a separate object with its name, in its
+// coordinates, and with its pose. .obj keeps each as an object with the pose applied. .stl and .ply
+// apply the poses and store one object.
 Status write_objects(const std::filesystem::path& path, std::span<const SurfaceObject> objects,
                      std::span<const Rgb> material_colors);
 
-// Ok if write_surface knows the ending, else one sentence.
+// Ok if write_surface supports the ending, otherwise one sentence.
 Status check_surface_ending(const std::filesystem::path& path);
 
 }  // namespace kibori

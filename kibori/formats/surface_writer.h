@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What each surface format implements. Internal to `formats`.
+// The interface that each surface format implements. Internal to `formats`.
 #pragma once
 
 #include <filesystem>
@@ -14,15 +14,17 @@ namespace kibori {
 class SurfaceWriter {
  public:
   virtual ~SurfaceWriter() = default;
-  // The pieces of the next object follow; their vertices are numbered from 0 again.
+  // Starts the next object. The pieces that follow belong to it, and their vertices are numbered
+  // from 0 again.
   virtual void begin(const SurfaceObject&) {}
-  // Whether it places objects itself; else their vertices come as they stand.
+  // True if the format stores poses. Otherwise the vertices arrive with the pose applied.
   virtual bool places() const { return false; }
   virtual void put(const SurfacePart& part) = 0;
-  // After the last piece; an error is what can't be helped (limits of the format).
+  // Call after the last piece. An error means a limit of the format.
   virtual Status finish() = 0;
 };
 
+// A writer for 3MF. All arguments must outlive it.
 std::unique_ptr<SurfaceWriter> threemf_writer(NewFile& file, Spool& vertices, Spool& triangles,
                                               std::span<const Rgb> colors);
 

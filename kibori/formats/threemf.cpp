@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include <kibori/formats/threemf.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstring>
+#include <functional>
 #include <map>
 #include <optional>
+#include <set>
 #include <string_view>
 #include <unordered_map>
 #include <utility>
@@ -15,6 +18,8 @@
 
 #include <kibori/base/tolerances.h>
 #include <kibori/formats/surface_writer.h>
+#include <kibori/formats/text.h>
+#include <kibori/formats/threemf_check.h>
 #include <kibori/formats/zip.h>
 
 namespace kibori {
@@ -27,7 +32,6 @@ constexpr size_t kMaxParts = 1000;    // model files in one archive
 constexpr size_t kMaxItems = 100000;  // components and build items
 
 // --- writing
-// -------------------------------------------------------------------------------------------------
 
 class ThreeMfWriter final : public SurfaceWriter {
  public:
@@ -86,7 +90,7 @@ class ThreeMfWriter final : public SurfaceWriter {
     }
     text += "</m:colorgroup>\n";
     std::string build;
-    int id = 1;  // the colours'
+    int id = 1;  // id of the colours
     bool read = true;
     for (const Object& object : objects_) {
       if (object.triangle_bytes == 0) continue;
@@ -200,7 +204,6 @@ class ThreeMfWriter final : public SurfaceWriter {
 };
 
 // --- reading
-// -------------------------------------------------------------------------------------------------
 
 struct Placement {  // x' = linear x + shift
   Mat3 linear = Mat3::Identity();
@@ -221,16 +224,23 @@ struct Object {
 
 using ObjectKey = std::pair<std::string, std::string>;  // part, id
 
-// Attributes as expat gives them.
+// Attributes in expat's format.
 class Attributes {
  public:
   explicit Attributes(const XML_Char** pairs) : pairs_(pairs) {}
+  // By the whole name; null if there is none.
+  const char* find_exactly(std::string_view name) const {
+    for (const XML_Char** p = pairs_; *p; p += 2)
+      if (*p == name) return p[1];
+    return nullptr;
+  }
   // By name without prefix; null if there is none.
   const char* find(std::string_view name) const {
     for (const XML_Char** p = pairs_; *p; p += 2)
       if (local(*p) == name) return p[1];
     return nullptr;
   }
+  const XML_Char* const* pairs() const { return pairs_; }
   static std::string_view local(const char* name) {
     const char* colon = std::strrchr(name, ':');
     return colon ? colon + 1 : name;
@@ -257,8 +267,8 @@ std::optional<T> number_of(std::string_view text) {
   return value;
 }
 
-// One XML entry of the archive through expat. Derived classes see elements; an error stops the
-// reading.
+// Reads one XML entry of the archive with expat. Derived classes receive the elements. An error
+// stops the reader.
 class XmlReader {
  public:
   XmlReader(const ZipReader& zip, std::string entry) : zip_(zip), entry_(std::move(entry)) {}
@@ -271,12 +281,15 @@ class XmlReader {
     XML_SetElementHandler(
         parser_,
         [](void* self, const XML_Char* name, const XML_Char** pairs) {
+          static_cast<XmlReader*>(self)->check_prefixes(name, pairs);
           static_cast<XmlReader*>(self)->open(Attributes::local(name), Attributes(pairs));
         },
         [](void* self, const XML_Char* name) {
+          auto& prefixes = static_cast<XmlReader*>(self)->prefixes_;
           static_cast<XmlReader*>(self)->close(Attributes::local(name));
+          prefixes.resize(prefixes.empty() ? 0 : prefixes.size() - 1);
         });
-    // Entities are how XML turns a page into a gigabyte; 3MF forbids them.
+    // Entities can expand a page to a gigabyte. 3MF forbids them.
     XML_SetStartDoctypeDeclHandler(
         parser_, [](void* self, const XML_Char*, const XML_Char*, const XML_Char*, int) {
           static_cast<XmlReader*>(self)->fail("has a document type declaration, which 3MF forbids");
@@ -297,6 +310,8 @@ class XmlReader {
  protected:
   virtual void open(std::string_view name, const Attributes& attributes) = 0;
   virtual void close(std::string_view) {}
+  // A name has a prefix that no attribute xmlns:PREFIX declares.
+  virtual void found_undeclared(const std::string&) {}
 
   void fail(const std::string& what) {
     if (!wrong_.empty()) return;
@@ -305,6 +320,7 @@ class XmlReader {
   }
   bool failed() const { return !wrong_.empty(); }
   const std::string& entry() const { return entry_; }
+  const ZipReader& zip() const { return zip_; }
 
   template <class T>
   T number(const Attributes& attributes, const char* name) {
@@ -319,42 +335,158 @@ class XmlReader {
   }
 
  private:
+  void check_prefixes(std::string_view element, const XML_Char* const* pairs) {
+    std::vector<std::string>& declared = prefixes_.emplace_back();
+    for (const XML_Char* const* p = pairs; *p; p += 2)
+      if (std::string_view(*p).starts_with("xmlns:")) declared.emplace_back(*p + 6);
+    const auto check = [&](std::string_view name) {
+      const size_t colon = name.find(':');
+      if (colon == std::string_view::npos) return;
+      const std::string prefix(name.substr(0, colon));
+      if (prefix == "xml" || prefix == "xmlns") return;
+      for (const auto& level : prefixes_)
+        if (std::find(level.begin(), level.end(), prefix) != level.end()) return;
+      found_undeclared(prefix);
+    };
+    check(element);
+    for (const XML_Char* const* p = pairs; *p; p += 2) check(*p);
+  }
+
   const ZipReader& zip_;
   std::string entry_, wrong_;
+  // For each open element, the prefixes that it declares.
+  std::vector<std::vector<std::string>> prefixes_;
   XML_Parser parser_ = nullptr;
-};
-
-class RelationshipReader final : public XmlReader {
- public:
-  using XmlReader::XmlReader;
-  std::string target;
-
- private:
-  void open(std::string_view name, const Attributes& attributes) override {
-    if (name != "Relationship") return;
-    const char *type = attributes.find("Type"), *to = attributes.find("Target");
-    if (type && to && std::string_view(type) == kModelType) target = to;
-  }
 };
 
 std::string without_slash(const std::string& path) {
   return path.starts_with('/') ? path.substr(1) : path;
 }
 
+class RelationshipReader final : public XmlReader {
+ public:
+  using XmlReader::XmlReader;
+  std::string target;
+  std::vector<std::string> notes;  // that the specification forbids
+
+ private:
+  void open(std::string_view name, const Attributes& attributes) override {
+    if (name != "Relationship") return;
+    const char *type = attributes.find("Type"), *to = attributes.find("Target"),
+               *mode = attributes.find("TargetMode");
+    if (!type || !to) return;
+    const std::string_view kind(type);
+    if ((mode && std::string_view(mode) == "External") || std::strchr(to, ':'))
+      notes.push_back("a part is in another file");
+    if (kind == kModelType) {
+      if (!target.empty()) notes.push_back("more than one model is named; the last is read");
+      target = to;
+    } else if (kind.ends_with("/thumbnail")) {
+      if (!zip().has(without_slash(to))) notes.push_back("its picture is not in the archive");
+    } else if (kind.ends_with("/printticket")) {
+      if (tickets++ > 0) notes.push_back("more than one print ticket is named");
+    }
+  }
+  int tickets = 0;
+};
+
+using Note = std::function<void(const std::string&)>;
+
+// Parts of slicers' projects that are no material: modifiers, supports, negative parts.
+//
+// PrusaSlicer joins the parts of an object to one mesh, and lists which triangles are of which
+// part. Bambu Studio and OrcaSlicer make each part a component, and list what kind of part it is.
+struct SlicerParts {
+  struct Range {
+    uint64_t first, last;  // triangles
+  };
+  std::map<std::string, std::vector<Range>> ranges;          // by object
+  std::set<std::pair<std::string, std::string>> components;  // object, part
+};
+
+// Metadata/Slic3r_PE_model.config and Metadata/model_settings.config.
+class SlicerReader final : public XmlReader {
+ public:
+  SlicerReader(const ZipReader& zip, const std::string& entry, SlicerParts& parts, const Note& note)
+      : XmlReader(zip, entry), parts_(parts), note_(note) {}
+
+ private:
+  void open(std::string_view name, const Attributes& a) override {
+    const auto text = [&](const char* key) { return std::string(a.find(key) ? a.find(key) : ""); };
+    if (name == "object") {
+      object_ = text("id");
+    } else if (name == "part") {
+      const std::string kind = text("subtype");
+      if (!kind.empty() && kind != "normal_part") {
+        parts_.components.insert({object_, text("id")});
+        add_note(kind);
+      }
+    } else if (name == "volume") {
+      first_ = number_of<uint64_t>(text("firstid"));
+      last_ = number_of<uint64_t>(text("lastid"));
+      kind_.clear();
+    } else if (name == "metadata" && first_ && last_) {
+      const std::string key = text("key"), value = text("value");
+      if (key == "volume_type" && value != "ModelPart") kind_ = value;
+      if (key == "modifier" && value == "1" && kind_.empty()) kind_ = "modifier";
+    }
+  }
+  void close(std::string_view name) override {
+    if (name != "volume") return;
+    if (first_ && last_ && !kind_.empty()) {
+      parts_.ranges[object_].push_back({*first_, *last_});
+      add_note(kind_);
+    }
+    first_ = last_ = std::nullopt;
+  }
+  void add_note(const std::string& kind) {
+    const bool negative = kind.starts_with("negative") || kind.starts_with("Negative");
+    note_(negative
+              ? "a negative part of the slicer's project is left out: it is not cut out of the "
+                "others"
+              : "a part of the slicer's project that is no material is left out (" +
+                    in_quotes(kind) + ")");
+  }
+
+  SlicerParts& parts_;
+  const Note& note_;
+  std::string object_, kind_;
+  std::optional<uint64_t> first_, last_;
+};
+
+// Extensions of 3MF that may be required: they do not change the mesh, or are read.
+bool is_readable(std::string_view extension) {
+  for (const std::string_view known :
+       {"/3dmanufacturing/core/", "/3dmanufacturing/material/", "/3dmanufacturing/production/",
+        "/3dmanufacturing/trianglesets/"})
+    if (extension.find(known) != std::string_view::npos) return true;
+  return false;
+}
+
 class ModelReader final : public XmlReader {
  public:
   ModelReader(const ZipReader& zip, const std::string& entry, std::map<ObjectKey, Object>& objects,
-              size_t& total, size_t& items)
-      : XmlReader(zip, entry), objects_(objects), total_(total), items_(items) {}
+              size_t& total, size_t& items, const Note& note)
+      : XmlReader(zip, entry),
+        objects_(objects),
+        total_(total),
+        items_(items),
+        note_(note),
+        check_(note) {}
 
   double unit_mm = 1;
   std::vector<Component> build;
 
  private:
+  void found_undeclared(const std::string& prefix) override { check_.found_undeclared(prefix); }
   void open(std::string_view name, const Attributes& a) override {
     if (failed()) return;
+    check_.open(name, a.pairs());
     if (name == "model") {
       take_unit(a);
+      check_extensions(a);
+    } else if (name == "beamlattice" || name == "slicestack" || name == "volumetricstack") {
+      note_("elements " + in_quotes(name) + " are ignored: only triangles are read");
     } else if (name == "object") {
       const char* id = a.find("id");
       if (!id) return fail("an object has no id");
@@ -364,6 +496,7 @@ class ModelReader final : public XmlReader {
       const char* type = a.find("type");
       object_->support =
           type && (std::string_view(type) == "support" || std::string_view(type) == "other");
+      if (object_->support) note_("objects of type " + in_quotes(type) + " are left out");
     } else if (name == "vertex" && object_) {
       const double x = number<double>(a, "x"), y = number<double>(a, "y"),
                    z = number<double>(a, "z");
@@ -387,8 +520,22 @@ class ModelReader final : public XmlReader {
   }
   void close(std::string_view name) override {
     if (name == "object") object_ = nullptr;
+    if (name == "model") check_.finish();
   }
 
+  // Required extensions are prefixes, which the attributes xmlns:PREFIX explain.
+  void check_extensions(const Attributes& a) {
+    const char* text = a.find("requiredextensions");
+    std::string_view left(text ? text : "");
+    for (std::string_view word = take_word(left); !word.empty() && !failed();
+         word = take_word(left)) {
+      const char* named = a.find_exactly("xmlns:" + std::string(word));
+      if (!named || !is_readable(named))
+        fail("needs the extension " + in_quotes(word) + " (" +
+             std::string(named ? named : "without a name").substr(0, 100) +
+             "), which Kibori does not read; export it as plain triangles");
+    }
+  }
   void take_unit(const Attributes& a) {
     const char* unit = a.find("unit");
     if (!unit) return;
@@ -433,21 +580,38 @@ class ModelReader final : public XmlReader {
 
   std::map<ObjectKey, Object>& objects_;
   size_t &total_, &items_;  // over all parts
+  const Note& note_;
+  ThreeMfCheck check_;
   Object* object_ = nullptr;
 };
 
 class Assembly {
  public:
-  Assembly(const ZipReader& zip, const std::string& name) : zip_(zip), name_(name) {}
+  Assembly(const ZipReader& zip, const std::string& name, std::vector<std::string>* notes)
+      : zip_(zip), name_(name), note_([this, notes](const std::string& what) {
+          if (notes && noted_.insert(what).second)
+            notes->push_back(sanitize_message(name_ + ": " + what));
+        }) {}
 
   Result<TriangleMesh> run() {
     std::string path = kModelPath;
     if (zip_.has("_rels/.rels")) {
       RelationshipReader relations(zip_, "_rels/.rels");
       if (const Status read = relations.run(); !read) return wrong(read.error());
+      for (const std::string& note : relations.notes) note_(note);
+      if (relations.target.empty()) note_(in_quotes(path) + " is read, although no model is named");
       if (!relations.target.empty()) path = without_slash(relations.target);
     }
     if (const Status read = load(path); !read) return wrong(read.error());
+    main_ = path;
+    check_relationships(path);
+    for (const char* config : {"Metadata/Slic3r_PE_model.config", "Metadata/model_settings.config"})
+      if (zip_.has(config)) {
+        SlicerReader reader(zip_, config, slicer_, note_);
+        if (const Status read = reader.run(); !read) note_(read.error());
+      }
+    for (auto& [object, ranges] : slicer_.ranges)
+      std::ranges::sort(ranges, {}, &SlicerParts::Range::first);
     for (const Component& item : std::exchange(build_, {}))
       if (const Status added = add(item, {}, 0); !added) return wrong(added.error());
     return std::move(mesh_);
@@ -458,10 +622,20 @@ class Assembly {
     return Error{sanitize_message(name_ + ": " + what)};
   }
 
+  // The parts that a model names are not read, but what is forbidden of them is said.
+  void check_relationships(const std::string& model) {
+    const size_t folder = model.rfind('/') + 1;  // npos + 1 is 0
+    const std::string entry = model.substr(0, folder) + "_rels/" + model.substr(folder) + ".rels";
+    if (!zip_.has(entry)) return;
+    RelationshipReader relations(zip_, entry);
+    if (const Status read = relations.run(); !read) note_(read.error());
+    for (const std::string& note : relations.notes) note_(note);
+  }
+
   Status load(const std::string& path) {
     if (units_.contains(path)) return Ok{};
     if (units_.size() >= kMaxParts) return Error{"has more parts than can be taken"};
-    ModelReader reader(zip_, path, objects_, total_, items_);
+    ModelReader reader(zip_, path, objects_, total_, items_, note_);
     if (Status read = reader.run(); !read) return read;
     units_[path] = reader.unit_mm;
     if (units_.size() == 1) build_ = reader.build;
@@ -480,7 +654,7 @@ class Assembly {
                        outer.linear * component.placement.shift + outer.shift};
     if (++visits_ > kMaxItems ||
         mesh_.triangles.size() + object.mesh.triangles.size() > kMaxImportTriangles)
-      return Error{"comes to more objects or triangles than can be taken"};
+      return Error{"has more objects or triangles than can be imported"};
     const double unit = units_.at(component.path);
     const auto first = static_cast<uint32_t>(mesh_.vertices.size());
     for (const Vec3& p : object.mesh.vertices) {
@@ -489,12 +663,25 @@ class Assembly {
         return Error{"places a vertex where no finite number reaches"};
     }
     const bool mirrored = at.linear.determinant() < 0;
-    for (auto t : object.mesh.triangles) {
+    const auto ranges =
+        component.path == main_ ? slicer_.ranges.find(component.object) : slicer_.ranges.end();
+    const std::vector<SlicerParts::Range> none,
+        &left_out = ranges == slicer_.ranges.end() ? none : ranges->second;
+    size_t range = 0;
+    uint64_t end = 0;  // of the ranges so far
+    for (size_t i = 0; i < object.mesh.triangles.size(); i++) {
+      auto t = object.mesh.triangles[i];
+      for (; range < left_out.size() && left_out[range].first <= i; range++)
+        end = std::max(end, left_out[range].last + 1);
+      if (i < end) continue;
       if (mirrored) std::swap(t[1], t[2]);
       mesh_.triangles.push_back({first + t[0], first + t[1], first + t[2]});
     }
-    for (const Component& inner : object.components)
+    for (const Component& inner : object.components) {
+      if (component.path == main_ && slicer_.components.contains({component.object, inner.object}))
+        continue;
       if (Status added = add(inner, at, depth + 1); !added) return added;
+    }
     return Ok{};
   }
 
@@ -503,6 +690,10 @@ class Assembly {
   std::map<ObjectKey, Object> objects_;
   std::map<std::string, double> units_;  // of the parts that were read, in mm
   std::vector<Component> build_;
+  std::string main_;  // the part with the build
+  SlicerParts slicer_;
+  std::set<std::string> noted_;
+  const Note note_;
   size_t total_ = 0, items_ = 0, visits_ = 0;
   TriangleMesh mesh_;
 };
@@ -514,10 +705,11 @@ std::unique_ptr<SurfaceWriter> threemf_writer(NewFile& file, Spool& vertices, Sp
   return std::make_unique<ThreeMfWriter>(file, vertices, triangles, colors);
 }
 
-Result<TriangleMesh> parse_3mf(std::span<const char> bytes, const std::string& name) {
+Result<TriangleMesh> parse_3mf(std::span<const char> bytes, const std::string& name,
+                               std::vector<std::string>* notes) {
   const Result<ZipReader> zip = ZipReader::open(bytes);
   if (!zip) return Error{sanitize_message(name + ": " + zip.error())};
-  return Assembly(zip.value(), name).run();
+  return Assembly(zip.value(), name, notes).run();
 }
 
 }  // namespace kibori

@@ -1,20 +1,24 @@
 // SPDX-License-Identifier: MIT
-// 3MF, the 3D Manufacturing Format: core specification, colours from the materials extension, parts
-// of the production extension. Writing: see surface_file.h.
+// Reads 3MF, the 3D Manufacturing Format: core specification, colours from the materials extension,
+// and parts of the production extension. surface_file.h writes 3MF.
 #pragma once
 
 #include <span>
 #include <string>
+#include <vector>
 
 #include <kibori/base/result.h>
 #include <kibori/geometry/mesh.h>
 
 namespace kibori {
 
-// The objects that the file's build names, placed and united, in mm. `name` is for messages. Errors
-// (with entry and line): no archive, no model, malformed XML or a document type declaration,
-// numbers or indices that can't be, components inside each other without end, more than
-// kMaxImportTriangles.
-Result<TriangleMesh> parse_3mf(std::span<const char> bytes, const std::string& name);
+// The objects that the file's build names, placed and united, in mm. Modifiers, supports and
+// negative parts of slicers' projects are left out. `name` is for messages; `notes` receives what
+// was left out, and what the specification forbids although the mesh can be read. Errors (with
+// entry and line): no archive, no model, malformed XML or a document type declaration, other
+// required extensions. Also invalid numbers or indices, components that contain themselves, more
+// than kMaxImportTriangles.
+Result<TriangleMesh> parse_3mf(std::span<const char> bytes, const std::string& name,
+                               std::vector<std::string>* notes = nullptr);
 
 }  // namespace kibori

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <initializer_list>
 #include <limits>
 
 #include <zlib.h>
@@ -11,9 +12,12 @@ namespace kibori {
 namespace {
 
 constexpr uint32_t kLocal = 0x04034b50, kCentral = 0x02014b50, kEnd = 0x06054b50;
-constexpr size_t kLocalSize = 30, kCentralSize = 46, kEndSize = 22;
+constexpr uint32_t kEnd64 = 0x06064b50, kLocator64 = 0x07064b50;
+constexpr size_t kLocalSize = 30, kCentralSize = 46, kEndSize = 22, kEnd64Size = 56,
+                 kLocator64Size = 20;
+constexpr uint32_t kSizes64 = 1;  // an extra field
 constexpr size_t kMaxEntries = 10000;
-// Deflated meshes in XML are a tenth of their size; nothing honest is less than a hundredth.
+// Meshes in XML deflate to a tenth of their size. No real file is below a hundredth.
 constexpr uint64_t kMaxRatio = 100, kFreeBytes = 1 << 20;
 constexpr uint64_t kMax32 = std::numeric_limits<uint32_t>::max();
 
@@ -21,12 +25,34 @@ void put(std::string& to, uint64_t value, int bytes) {
   for (int i = 0; i < bytes; i++) to.push_back(static_cast<char>(value >> (8 * i)));
 }
 
-uint32_t get(std::span<const char> bytes, size_t at, int count) {
-  uint32_t value = 0;
+uint64_t get64(std::span<const char> bytes, size_t at, int count = 8) {
+  uint64_t value = 0;
   for (int i = 0; i < count; i++)
-    value |= static_cast<uint32_t>(static_cast<unsigned char>(bytes[at + static_cast<size_t>(i)]))
+    value |= static_cast<uint64_t>(static_cast<unsigned char>(bytes[at + static_cast<size_t>(i)]))
              << (8 * i);
   return value;
+}
+uint32_t get(std::span<const char> bytes, size_t at, int count) {
+  return static_cast<uint32_t>(get64(bytes, at, count));
+}
+
+// Replaces each number that is all ones by the next one of the extra field with 64-bit sizes.
+// False: the field is too short. `extras`: the extra fields of a directory entry.
+bool take_sizes64(std::span<const char> extras, std::initializer_list<uint64_t*> numbers) {
+  std::span<const char> field;
+  while (extras.size() >= 4) {
+    const size_t size = get(extras, 2, 2);
+    if (size > extras.size() - 4) break;
+    if (get(extras, 0, 2) == kSizes64) field = extras.subspan(4, size);
+    extras = extras.subspan(4 + size);
+  }
+  for (uint64_t* number : numbers) {
+    if (*number != kMax32) continue;
+    if (field.size() < 8) return field.empty();  // an old archive may be just so large
+    *number = get64(field, 0);
+    field = field.subspan(8);
+  }
+  return true;
 }
 
 // The fields that a local header and a directory entry share.
@@ -131,17 +157,24 @@ Result<ZipReader> ZipReader::open(std::span<const char> bytes) {
   ZipReader zip;
   zip.bytes_ = bytes;
   if (bytes.size() < kEndSize) return Error{"is no ZIP archive (cut short?)"};
-  // The end record stands last, before a comment of at most 65535 bytes.
+  // The end record is last, before a comment of at most 65535 bytes.
   size_t end = bytes.size() - kEndSize;
   const size_t stop = end - std::min<size_t>(end, 65535);
   while (get(bytes, end, 4) != kEnd || get(bytes, end + 20, 2) != bytes.size() - end - kEndSize) {
     if (end == stop) return Error{"is no ZIP archive (cut short?)"};
     end--;
   }
-  const size_t count = get(bytes, end + 10, 2);
-  size_t at = get(bytes, end + 16, 4);
+  uint64_t count = get(bytes, end + 10, 2), at = get(bytes, end + 16, 4);
+  // 64-bit numbers are in a record of their own, which a locator before the end record names.
+  if (end >= kLocator64Size && get(bytes, end - kLocator64Size, 4) == kLocator64) {
+    const uint64_t record = get64(bytes, end - kLocator64Size + 8);
+    if (record > end || end - record < kEnd64Size || get(bytes, record, 4) != kEnd64)
+      return Error{"has a damaged directory (cut short?)"};
+    count = get64(bytes, record + 32);
+    at = get64(bytes, record + 48);
+  }
   if (count > kMaxEntries) return Error{"has more entries than any 3MF file needs"};
-  for (size_t i = 0; i < count; i++) {
+  for (uint64_t i = 0; i < count; i++) {
     if (at > end || end - at < kCentralSize || get(bytes, at, 4) != kCentral)
       return Error{"has a damaged directory (cut short?)"};
     const size_t name_size = get(bytes, at + 28, 2);
@@ -161,7 +194,10 @@ Result<ZipReader> ZipReader::open(std::span<const char> bytes) {
     e.crc = get(bytes, at + 16, 4);
     e.packed = get(bytes, at + 20, 4);
     e.whole = get(bytes, at + 24, 4);
-    const size_t local = get(bytes, at + 42, 4);
+    uint64_t local = get(bytes, at + 42, 4);
+    if (!take_sizes64(bytes.subspan(at + kCentralSize + name_size, get(bytes, at + 30, 2)),
+                      {&e.whole, &e.packed, &local}))
+      return Error{shown + "without its 64-bit sizes; save the file again"};
     if (local > bytes.size() || bytes.size() - local < kLocalSize || get(bytes, local, 4) != kLocal)
       return Error{shown + "that is not where the directory says"};
     e.at = local + kLocalSize + get(bytes, local + 26, 2) + get(bytes, local + 28, 2);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// ZIP archives, as far as 3MF needs them: stored and deflated entries, no encryption, under 4 GB.
+// ZIP archives, as far as 3MF needs them: stored and deflated entries, no encryption. Archives of
+// more than 4 GB, and those with 64-bit sizes, are only read.
 // Internal to `formats`.
 #pragma once
 
@@ -18,6 +19,7 @@ struct z_stream_s;
 
 namespace kibori {
 
+// Writes an archive to a file, entry by entry.
 class ZipWriter {
  public:
   explicit ZipWriter(NewFile& file);
@@ -25,11 +27,11 @@ class ZipWriter {
   ZipWriter(const ZipWriter&) = delete;
   ZipWriter& operator=(const ZipWriter&) = delete;
 
-  // One entry after the other: begin, write as often as need be, end.
+  // Call begin for each entry, then write any number of times, then end.
   void begin(const std::string& name);
   void write(std::string_view data);
   void end();
-  // The directory. Error: more than 4 GB.
+  // Writes the directory. Error: more than 4 GB.
   Status finish();
 
  private:
@@ -45,18 +47,17 @@ class ZipWriter {
   std::vector<Entry> entries_;
 };
 
-// Reads an archive that may be hostile: nothing is believed before it is checked against the bytes
-// there are.
+// Reads an archive that may be hostile. Everything is checked against the available bytes before
+// use.
 class ZipReader {
  public:
-  // `bytes` must outlive the reader. Errors: no archive, cut short, entry names that leave the
+  // `bytes` must outlive the reader. Errors: not an archive, truncated, entry names that leave the
   // archive's folder, encrypted or oversized entries.
   static Result<ZipReader> open(std::span<const char> bytes);
 
   bool has(const std::string& name) const { return find(name) != nullptr; }
   // Sends the entry's content piece by piece; `f` returns false to stop. Errors: no such entry,
-  // damaged content, more of it than promised, or so much more than its packed size that it is no
-  // honest file.
+  // damaged content, more content than declared, or a compression ratio that no real file has.
   Status read(const std::string& name, const std::function<bool(std::string_view)>& f) const;
 
  private:
@@ -65,7 +66,7 @@ class ZipReader {
     uint16_t method;
     uint32_t crc;
     uint64_t packed, whole;
-    size_t at;  // of the packed bytes
+    size_t at;  // offset of the packed bytes
   };
   const Entry* find(const std::string& name) const;
 

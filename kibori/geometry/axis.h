@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The direction of a dexel field as a type. Rays of axis a run along a; their feet lie on the (u,
+// The direction of a dexel field as a type. Rays of axis a run along a. Their feet are on the (u,
 // v) plane, where (a, u, v) is the cyclic permutation of (x, y, z) that starts at a.
 #pragma once
 
@@ -14,12 +14,13 @@ enum class Axis { x = 0, y = 1, z = 2 };
 constexpr Names<3> names_of(Axis) { return {"x", "y", "z"}; }
 inline constexpr std::array<Axis, 3> kAxes = {Axis::x, Axis::y, Axis::z};
 
+// The component of a vector along a field's rays, and those along u and v.
 constexpr int depth_index(Axis axis) { return static_cast<int>(axis); }
 constexpr int u_index(Axis axis) { return (static_cast<int>(axis) + 1) % 3; }
 constexpr int v_index(Axis axis) { return (static_cast<int>(axis) + 2) % 3; }
 
-// Names of the axes anew, in their order: `first` is x, the next y, and the last z. A ray keeps its
-// (u, v), and a vector its (depth, u, v).
+// Renames the axes cyclically: `first` becomes x, the next y, and the last z. A ray keeps its (u,
+// v), and a vector its (depth, u, v).
 class AxisTurn {
  public:
   constexpr AxisTurn() = default;
@@ -27,7 +28,7 @@ class AxisTurn {
 
   // The old name of an axis.
   constexpr Axis old(Axis turned) const { return kAxes[static_cast<size_t>(index(turned))]; }
-  // Components of a vector by new names, and by old ones.
+  // Converts a vector's components from old names to new ones, and back.
   template <class Vector>
   Vector turn(const Vector& by_old) const {
     Vector turned;

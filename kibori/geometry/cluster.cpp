@@ -9,11 +9,11 @@
 namespace kibori {
 namespace {
 
-// Along the longest side; a surface that fills more cells than these has too many triangles anyway.
+// Along the longest side. A surface that fills more cells than this has too many triangles anyway.
 constexpr int kMaxCells = 128;
 constexpr uint32_t kNone = 0xffffffff;
 
-// None where there would be more triangles than that.
+// Returns nullopt if there would be more than `max_triangles`.
 std::optional<TriangleMesh> cluster_at(const TriangleMesh& mesh, const Box& box, int cells,
                                        size_t max_triangles) {
   const Vec3 size = box.size();
@@ -49,7 +49,8 @@ std::optional<TriangleMesh> cluster_at(const TriangleMesh& mesh, const Box& box,
       corner[i] = vertex;
     }
     if (corner[0] == corner[1] || corner[1] == corner[2] || corner[2] == corner[0]) continue;
-    // Once, whichever corner it begins with; 21 bits a corner, as there are 2^21 cells.
+    // Keeps one copy of a triangle, for any first corner. A corner has 21 bits, because there are
+    // 2^21 cells.
     std::rotate(corner.begin(), std::min_element(corner.begin(), corner.end()), corner.end());
     if (!seen.insert((uint64_t{corner[0]} << 42) | (uint64_t{corner[1]} << 21) | corner[2]).second)
       continue;

@@ -9,19 +9,20 @@
 namespace kibori {
 namespace {
 
-// Passes of the binomial filter, of variance 1 each [voxels^2]. More, and faces of a layer five
-// voxels thin push each other apart; fewer, and leaning faces keep ripples.
+// Passes of the binomial filter, with variance 1 each [voxels^2]. With more passes, the two faces
+// of a layer five voxels thin push each other apart. With fewer, inclined faces keep ripples.
 constexpr int kPasses = 2;
-// Smoothing once moves a face of radius R by variance / R, smoothing twice by twice as much, where
-// the field is flatter by this: so much of the one less the other leaves the face where it was.
+// One smoothing moves a face of radius R by variance / R. Two smoothings move it twice as far, and
+// the field is flatter by this factor. Therefore, kOnce times the first, minus the second, leaves
+// the face in place.
 constexpr float kOnce = std::numbers::sqrt2_v<float>;
-// A voxel that smoothing would put on the other side stays on its own by as much as it was on the
-// other, and by so much: a hair, where it lies on the face; enough that walls one voxel thin are
-// not lost.
-constexpr float kLeastKept = 0.02f, kMostKept = 0.3f;
+// Limits for a voxel that smoothing would move to the other side. It stays on its side, by the
+// amount that it was on the other. kMinKept applies to a voxel on the face. kMaxKept is enough
+// to keep walls one voxel thin.
+constexpr float kMinKept = 0.02f, kMaxKept = 0.3f;
 
-// Each line along an axis by [1 4 6 4 1] / 16, so many times. Beyond the grid all is -1 at first,
-// and each line goes on as far as that matters.
+// Filters each line along an axis by [1 4 6 4 1] / 16, `passes` times. Values beyond the grid start
+// at -1. Each line is extended as far as they matter.
 void smooth_along(int axis, int passes, const ShapeGrid& grid, std::vector<float>& values) {
   const std::array<size_t, 3> stride{
       1, static_cast<size_t>(grid.size.x()),
@@ -36,7 +37,7 @@ void smooth_along(int axis, int passes, const ShapeGrid& grid, std::vector<float
                           static_cast<size_t>(j) * stride[static_cast<size_t>(b)];
       std::fill(line.begin(), line.end(), -1.0f);
       for (size_t k = 0; k < count; k++) line[k + beyond] = from[k * step];
-      // From pass to pass, two less on both sides are known.
+      // Each pass loses two values on both sides.
       for (size_t pass = 1; pass <= static_cast<size_t>(passes); pass++) {
         for (size_t k = 2 * pass; k + 2 * pass < line.size(); k++)
           next[k] =
@@ -68,7 +69,7 @@ ShapeGrid shape_of_labels(const LabelVolume& volume, const std::function<bool(ui
     value = std::clamp((kOnce * value - twice[i]) / (kOnce - 1), -1.0f, 1.0f);
     const bool within = takes[volume.values[i]];
     if (within == (value > 0)) continue;
-    const float kept = std::clamp(std::abs(value), kLeastKept, kMostKept);
+    const float kept = std::clamp(std::abs(value), kMinKept, kMaxKept);
     value = within ? kept : -kept;
   }
   return shape;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A volume of labelled voxels, as segmented scans are, and what a label's shape is.
+// A volume of labelled voxels, for example a segmented scan, and the shapes of its labels.
 #pragma once
 
 #include <cstdint>
@@ -12,12 +12,12 @@
 
 namespace kibori {
 
-// Numbers in the middles of voxels.
+// Numbers at the centres of voxels.
 template <class T>
 struct VoxelGrid {
   Index3 size = Index3::Zero();  // voxels along x, y, z
-  Vec3 voxel_mm = Vec3::Ones();  // from the middle of one to that of the next
-  std::vector<T> values;         // x fastest
+  Vec3 voxel_mm = Vec3::Ones();  // distance between the centres of neighbours
+  std::vector<T> values;         // x is the fastest index
 
   size_t index(int x, int y, int z) const {
     return (static_cast<size_t>(z) * static_cast<size_t>(size.y()) + static_cast<size_t>(y)) *
@@ -34,39 +34,39 @@ struct VoxelGrid {
 };
 
 struct LabelVolume : VoxelGrid<uint16_t> {  // 0: air
-  std::map<uint16_t, std::string> names;    // of labels, where the file has them
+  std::map<uint16_t, std::string> names;    // of labels, if the file has them
 };
 
-// From -1, far outside, to 1, far within; outside the grid it is -1. A shape is where the trilinear
+// From -1, far outside, to 1, far inside. Outside the grid it is -1. A shape is where the trilinear
 // interpolation is above 0.
 using ShapeGrid = VoxelGrid<float>;
 
-// The shape of the labels that `is_of` takes. Steps of voxels are smoothed away as far as the
-// voxels leave it open: the middle of each is on its own side, so that faces are within half a
-// voxel of where they were, and round faces keep their place (sqrt(2) G - G G, G binomial of
-// variance 2: what each does to a face of any radius cancels). It takes 8 bytes a voxel meanwhile,
-// 4 at the end.
+// The shape of the labels that `is_of` accepts. Voxel steps are smoothed as far as the voxels
+// allow. The centre of each voxel stays on its side, so faces move by less than half a voxel. Round
+// faces keep their position. The filter is sqrt(2) G - G G, with G binomial of variance 2: the
+// shifts of the two terms cancel for a face of any radius. It uses 8 bytes per voxel during the
+// work, and 4 at the end.
 ShapeGrid shape_of_labels(const LabelVolume& volume, const std::function<bool(uint16_t)>& is_of);
 
-// The labels that a volume has, rising; air is none.
+// The labels of a volume in ascending order, without air.
 std::vector<uint16_t> labels_of(const LabelVolume& volume);
 
-// The shapes of all labels of a volume, so that each place of the whole is of one: of the label
-// whose own shape is strongest there. It keeps 10 bytes a voxel; each label takes a pass over all.
+// The shapes of all labels of a volume. Each place inside belongs to one label, the one whose own
+// shape is strongest there. It keeps 10 bytes per voxel. Each label takes one pass over all voxels.
 class LabelShapes {
  public:
-  // `volume` must outlive it.
+  // `volume` must outlive this object.
   explicit LabelShapes(const LabelVolume& volume);
 
-  // All that is no air.
+  // The shape of everything except air.
   ShapeGrid whole() const;
-  // Of the whole, what is of that label; beyond the whole it says nothing.
+  // The part of the whole that belongs to the label. Outside the whole, the values have no meaning.
   ShapeGrid share_of(uint16_t label) const;
 
  private:
   const LabelVolume& volume_;
   std::vector<uint16_t> labels_;
-  // Of each voxel: which label is strongest there, how strong it is, and the next.
+  // Per voxel: the strongest label, its value, and the value of the next label.
   std::vector<uint16_t> winner_;
   std::vector<float> first_, second_;
 };

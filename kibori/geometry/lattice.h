@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Where a model's rays are. Places are millimetres in the world (Vec3, Box) or lattice units, which
-// are pitches (LatticePoint, LatticeVector, LatticeBox). A Lattice converts one into the other; the
-// types keep them apart.
+// The positions of a model's rays. Positions are in millimetres in the world (Vec3, Box), or in
+// lattice units (LatticePoint, LatticeVector, LatticeBox). A lattice unit is one pitch. A Lattice
+// converts between the two, and the types keep them apart.
 #pragma once
 
 #include <kibori/geometry/vec.h>
@@ -39,7 +39,7 @@ struct LatticeBox {
   LatticePoint centre() const { return {units.centre()}; }
 };
 
-// Nodes stand at origin + (i + 1/2, j + 1/2, k + 1/2) * pitch, with i < nodes.x() and so on.
+// Nodes are at origin + (i + 1/2, j + 1/2, k + 1/2) * pitch, with i < nodes.x() and so on.
 struct Lattice {
   Index3 nodes = Index3::Zero();
   Vec3 origin_mm = Vec3::Zero();  // lower corner of the lattice's box
@@ -59,7 +59,7 @@ struct Lattice {
     return {to_mm(LatticePoint{box.units.min}), to_mm(LatticePoint{box.units.max})};
   }
   Vec3 vector_to_mm(const LatticeVector& vector) const { return pitch_mm * vector.units; }
-  // The whole lattice, from its lower corner to its upper.
+  // The whole lattice, from its lower corner to its upper one.
   LatticeBox whole() const { return {{Vec3::Zero(), nodes.matrix().cast<double>()}}; }
   int nodes_along(int index) const { return nodes[index]; }
 };

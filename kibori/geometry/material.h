@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a part of a model is made of. haptics/materials.h has the values of woods and other stock.
+// The material of a part of a model. haptics/materials.h has the values of woods and other stock.
 #pragma once
 
 #include <array>
@@ -7,6 +7,7 @@
 #include <string>
 
 #include <kibori/base/field_info.h>
+#include <kibori/geometry/wood.h>
 
 namespace kibori {
 
@@ -16,16 +17,22 @@ struct Material {
   // Specific cutting energy [N/mm^2 = N mm / mm^3], force models `energy` and `series`.
   double u = 0.5;
   double c = 0;        // viscous part of the force [N s/mm^3], force model `series`
-  double yield_n = 0;  // least force that cuts [N], force model `series`
+  double yield_n = 0;  // minimum force that cuts [N], force model `series`
   std::array<uint8_t, 3> color{196, 154, 108};
-  // What a cut pushes away stays, around the tool: mode `press` (motion/reshape_stroke.h).
+  // Displaced material stays, around the tool: mode `press` (motion/reshape_stroke.h).
   bool plastic = false;
-  // What it takes to part it without removing any [N/mm = N mm / mm^2]: body/cutter.h.
+  // Energy to split it without removing material [N/mm = N mm / mm^2]: body/cutter.h.
   double gc = 0.3;
-  // Specific cutting energy along the grain [N/mm^2], where u is that across it; 0: as across.
+  // Specific cutting energy along the grain [N/mm^2]; u is the value across it; 0: the same as u.
   double u_along = 0;
-  // By what share of u late wood of a year's ring resists more than early wood (edit/grain.h).
+  // Share of u by which late wood of a year's ring resists more than early wood (edit/grain.h).
   double ring = 0;
+  // The law of haptics/chip.h: specific resistance [N/mm^(2-m)] of a cut through end grain, along
+  // the fibres, and across them. All 0: the force is u times the section of the chip.
+  std::array<double, 3> k{0, 0, 0};
+  double m = 0;              // exponent of the thickness of the chip, from 0 to below 1
+  double density_kg_m3 = 0;  // 0: unknown
+  LogCut log{};              // of wood; a model uses the log of the first of its woods
 
   static void for_fields(auto&& f) {
     constexpr FieldRange kNotNegative = FieldRange::not_negative;
@@ -39,16 +46,67 @@ struct Material {
     f(FieldInfo{"gc", "gc", kNotNegative, Stored::always}, &Material::gc);
     f(FieldInfo{"u_along", "u_along", kNotNegative, Stored::unless_default}, &Material::u_along);
     f(FieldInfo{"ring", "ring", kNotNegative, Stored::unless_default}, &Material::ring);
+    f(FieldInfo{"k", "k", {}, Stored::unless_default}, &Material::k);
+    f(FieldInfo{"m", "m", kNotNegative, Stored::unless_default}, &Material::m);
+    f(FieldInfo{"density_kg_m3", "density", kNotNegative, Stored::always},
+      &Material::density_kg_m3);
+    f(FieldInfo{"log", "log", {}, Stored::unless_default}, &Material::log);
   }
   bool operator==(const Material&) const = default;
 };
 
-// More, and early wood would resist less than nothing (see kMeanLate).
+// Above this value, early wood would resist with a negative force (see kMeanLate).
 inline constexpr double kMaxRing = 5;
 
-// Whether it matters where, and which way, it is cut.
-inline bool has_grain(const Material& m) {
-  return (m.u_along > 0 && m.u_along != m.u) || m.ring != 0;
+// True if the law of haptics/chip.h applies, instead of u.
+inline bool has_chip_law(const Material& m) { return m.k != std::array<double, 3>{0, 0, 0}; }
+// True if its resistance depends on the direction.
+inline bool has_direction(const Material& m) {
+  if (has_chip_law(m)) return m.k[0] != m.k[1] || m.k[1] != m.k[2];
+  return m.u_along > 0 && m.u_along != m.u;
+}
+// True if its resistance depends on the place or the direction of the cut.
+inline bool has_grain(const Material& m) { return has_direction(m) || m.ring != 0; }
+// Sets the log of the stock's material in all materials of a model.
+template <class Materials>
+void share_log(Materials& materials, size_t stock_material) {
+  if (!(stock_material < materials.size())) return;
+  const LogCut log = materials[stock_material].log;
+  for (Material& m : materials) m.log = log;
+}
+// The log of a model: that of the first material with a grain.
+template <class Materials>
+LogCut log_cut_of(const Materials& materials) {
+  for (const Material& m : materials)
+    if (has_grain(m)) return m.log;
+  return {};
+}
+// Mean over all directions [N/mm^2] for chips that are 1 mm thick.
+inline double mean_cutting_energy(const Material& m) {
+  return has_chip_law(m) ? (m.k[0] + m.k[1] + m.k[2]) / 3 : m.u;
+}
+
+// Sets u as the resistance in all directions and places.
+inline void set_isotropic(Material& material, double u) {
+  material.u = u;
+  material.u_along = material.ring = material.m = 0;
+  material.k = {0, 0, 0};
+}
+
+// Error text for an invalid number; null if all are valid.
+inline const char* fault_of(const Material& m) {
+  for (const double x : {m.kf, m.u, m.c, m.yield_n, m.gc, m.u_along, m.ring, m.m, m.density_kg_m3,
+                         m.k[0], m.k[1], m.k[2]})
+    if (!(x >= 0 && x < 1e9)) return "a material's numbers must be from 0 to 1e9";
+  if (!(m.log.ring_mm >= 0 && m.log.ring_mm < 1e6) || !m.log.axis.allFinite() ||
+      !m.log.pith.allFinite())
+    return "the ring width, axis and pith of a log must be finite numbers";
+  if (m.ring > kMaxRing) return "ring must not exceed 5: early wood would not resist at all";
+  if (has_chip_law(m) && !(m.k[0] > 0 && m.k[1] > 0 && m.k[2] > 0))
+    return "the three numbers of k must be greater than 0";
+  if (!(m.m < 1)) return "m must be less than 1: thin chips would need the force of thick ones";
+  if (m.m > 0 && !has_chip_law(m)) return "m needs k: u has no exponent";
+  return nullptr;
 }
 
 }  // namespace kibori

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Indexed triangle meshes [mm]; counter-clockwise seen from outside.
+// Indexed triangle meshes [mm], counter-clockwise seen from outside.
 #pragma once
 
 #include <array>
@@ -24,7 +24,7 @@ struct TriangleMesh {
   }
 };
 
-// A mesh to look at, print and send: what a model's surface becomes.
+// A mesh for display, printing and transfer. Surface extraction produces it.
 struct SurfaceVertex {
   std::array<float, 3> position;
   std::array<float, 3> normal;  // unit, out of the material
@@ -37,9 +37,9 @@ struct Surface {
   std::vector<SurfaceTriangle> triangles;
 };
 
-// A piece of a surface on its way to somewhere. Its first `own` vertices are new and numbered on
-// from those of the pieces before; the others belong to other pieces, earlier or later. `number`
-// has each vertex's number in the whole surface.
+// A piece of a surface in a stream. Its first `own` vertices are new. Their numbers continue from
+// the pieces before. The other vertices belong to other pieces, earlier or later. `number` is each
+// vertex's number in the whole surface.
 struct SurfacePart {
   std::span<const SurfaceVertex> vertices;
   std::span<const SurfaceTriangle> triangles;  // of `vertices`
@@ -48,8 +48,9 @@ struct SurfacePart {
 };
 using SurfaceSink = std::function<void(const SurfacePart&)>;
 
-// A mesh as a surface: corners in one float32 place become one vertex, normals are the mean of the
-// faces around, by angle; material 0. Triangles that so lose a corner are left out.
+// Converts a mesh to a surface. Corners with the same float32 position become one vertex. Normals
+// are the mean of the adjacent faces, weighted by angle. The material is 0. Triangles that lose a
+// corner in this way are dropped.
 Surface surface_of_mesh(const TriangleMesh& mesh);
 
 // Sends a surface in one piece.

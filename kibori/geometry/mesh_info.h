@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What can be said of a triangle mesh by itself.
+// Measures of a triangle mesh: size, volume, topology.
 #pragma once
 
 #include <cstdint>
@@ -10,20 +10,21 @@ namespace kibori {
 
 struct MeshInfo {
   Box bounds;             // [mm]
-  double volume_mm3 = 0;  // enclosed, signed; means little unless closed
+  double volume_mm3 = 0;  // enclosed, signed; meaningful only if closed
   double area_mm2 = 0;
-  Vec3 centroid_mm = Vec3::Zero();  // of the volume if closed, else of the area
-  // Proper ones, after vertices in one float32 place have become one.
+  Vec3 centroid_mm = Vec3::Zero();  // of the volume if closed, otherwise of the area
+  // Proper triangles, after vertices with the same float32 position became one.
   size_t triangles = 0;
-  size_t degenerate = 0;      // the others
-  size_t components = 0;      // pieces that hang together by edges
+  size_t degenerate = 0;      // triangles that are not proper
+  size_t components = 0;      // pieces that are connected by edges
   size_t open_edges = 0;      // directed edges without their reverse
   size_t overfull_edges = 0;  // edges of more than two triangles
   bool closed = false;        // every directed edge has its reverse
-  // Closed, no edge overfull, and one fan of triangles around each vertex.
+  // Closed, no overfull edge, no degenerate triangle, and one fan of triangles around each vertex.
   bool manifold = false;
 };
 
+// Measures a surface. `degenerate` is the number of triangles that were already dropped.
 MeshInfo mesh_info(const Surface& surface, size_t degenerate = 0);
 
 }  // namespace kibori

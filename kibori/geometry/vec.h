@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Vectors, boxes and poses, in mm where nothing else is said; lattice.h has those in lattice units.
+// Vectors, boxes and poses. Units are mm unless stated. lattice.h has the types in lattice units.
 #pragma once
 
 #include <cmath>
@@ -14,7 +14,7 @@ using Vec3 = Eigen::Vector3d;
 using Mat3 = Eigen::Matrix3d;
 using Index3 = Eigen::Array3i;
 
-// Axis-aligned box; empty when min > max on some axis.
+// Axis-aligned box. Empty if min > max on some axis.
 struct Box {
   Vec3 min = Vec3::Constant(std::numeric_limits<double>::infinity());
   Vec3 max = Vec3::Constant(-std::numeric_limits<double>::infinity());
@@ -33,15 +33,15 @@ struct Box {
   Vec3 centre() const { return 0.5 * (min + max); }
 };
 
-// Where a tool is: its tip (origin of the tool frame) and its frame; frame.col(2) points from the
-// tip into the body.
+// The position of a tool: its tip (origin of the tool frame) and its frame. frame.col(2) points
+// from the tip into the body.
 struct Pose {
   Vec3 tip = Vec3::Zero();
   Mat3 frame = Mat3::Identity();
 
   Vec3 axis() const { return frame.col(2); }
   Vec3 to_world(const Vec3& in_tool) const { return tip + frame * in_tool; }
-  // Of what stands at `in_this` in this frame: where it is in the world, and back.
+  // Converts a pose from this frame to the world, and back.
   Pose to_world(const Pose& in_this) const {
     return {to_world(in_this.tip), frame * in_this.frame};
   }
@@ -50,18 +50,19 @@ struct Pose {
   }
 };
 
-// A frame whose third column is `axis` (any length > 0); the first is turned by roll_rad about it
-// from a fixed reference: the world x axis, or y where x is nearly parallel.
+// A frame whose third column is `axis` (any length > 0). The first column is turned about it by
+// roll_rad from a fixed reference: the world x axis, or y if x is nearly parallel.
 Mat3 frame_from_axis(const Vec3& axis, double roll_rad = 0);
 
-// Rotation vector (direction = axis, length = angle [rad], shortest arc) that takes direction a to
-// b, both unit. For opposite directions it is zero: the caller refuses those.
+// Rotation vector that takes direction `from` to `to`, both unit, along the shortest arc. Its
+// direction is the axis, and its length the angle [rad]. It is zero for opposite directions, which
+// the caller must reject.
 Vec3 shortest_turn(const Vec3& from, const Vec3& to);
 
 // Rotation matrix of a rotation vector [rad] (Rodrigues).
 Mat3 rotation(const Vec3& rotation_vector);
 
-// The rotation vector (shortest) that takes frame `from` to frame `to`.
+// The shortest rotation vector that takes frame `from` to frame `to`.
 Vec3 rotation_between(const Mat3& from, const Mat3& to);
 
 }  // namespace kibori

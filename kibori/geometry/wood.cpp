@@ -33,7 +33,7 @@ double value_noise(const Vec3& p) {
   return 2 * sum - 1;
 }
 
-Log log_of(const Box& plank) {
+Log log_of(const Box& plank, const LogCut& cut) {
   Log log;
   int longest = 0;
   plank.size().maxCoeff(&longest);
@@ -45,7 +45,11 @@ Log log_of(const Box& plank) {
   log.pith =
       plank.centre() +
       (round ? 0.06 * u : 0.45 * plank.size().minCoeff() + 0.12 * plank.size().norm()) * aside;
-  log.ring = plank.size().maxCoeff() / 26;
+  if (!cut.axis.isZero(0)) {
+    log.along = cut.axis.normalized();
+    log.pith = cut.pith;
+  }
+  log.ring = cut.ring_mm > 0 ? cut.ring_mm : plank.size().maxCoeff() / 26;
   return log;
 }
 

@@ -1,44 +1,62 @@
 // SPDX-License-Identifier: MIT
-// Where the rings of a log are: the same for the eye (picture/wood.h, web/src/view/wood.ts) and for
-// the tool (edit/grain.h). What is changed here is changed in web/src/view/wood.ts.
+// Positions of the rings of a log. The pictures (picture/wood.h, web/src/view/wood.ts) and the tool
+// (edit/grain.h) use the same rings. Change web/src/view/wood.ts together with this file.
 #pragma once
 
+#include <kibori/base/field_info.h>
 #include <kibori/geometry/vec.h>
 
 namespace kibori {
 
-// A log: where its pith runs, how wide its rings are.
+// A log: the position of its pith and the width of its rings.
 struct Log {
   Vec3 pith = Vec3::Zero();    // a point on it [mm]
-  Vec3 along = Vec3::UnitZ();  // unit, the way the tree grew
+  Vec3 along = Vec3::UnitZ();  // unit, the direction in which the tree grew
   double ring = 2;             // mean width of a year's ring [mm]
 };
 
-// The log that a plank of that box was cut from: the grain runs along its longest side; the pith
-// lies below and beside it, but in a log, whose other two sides are equal, near the middle.
-Log log_of(const Box& plank);
+// How a stock was cut from its log, in the stock's frame. A field that is 0 follows from its shape.
+struct LogCut {
+  double ring_mm = 0;        // mean width of a ring
+  Vec3 axis = Vec3::Zero();  // direction of the fibres, any length
+  Vec3 pith = Vec3::Zero();  // a point of the pith [mm]; used if there is an axis
 
-// A number in [0, 1) for a corner of the integer lattice.
+  static void for_fields(auto&& f) {
+    f(FieldInfo{"ring_mm", "ring_width", FieldRange::not_negative, Stored::unless_default},
+      &LogCut::ring_mm);
+    f(FieldInfo{"axis", "axis", {}, Stored::unless_default}, &LogCut::axis);
+    f(FieldInfo{"pith", "pith", {}, Stored::unless_default}, &LogCut::pith);
+  }
+  bool operator==(const LogCut&) const = default;
+};
+
+// The log from which a plank with that box was cut. Values that `cut` does not give follow from the
+// box, as in documents before version 0.3. The fibres run along its longest side. A ring is its
+// longest side over 26. The pith is outside the plank; if the other two sides are equal, it is near
+// the middle.
+Log log_of(const Box& plank, const LogCut& cut = {});
+
+// Pseudo-random number in [0, 1) for a corner of the integer lattice.
 double corner_value(int x, int y, int z);
-// Smooth value noise in [-1, 1], one bump a unit.
+// Smooth value noise in [-1, 1], one bump per unit.
 double value_noise(const Vec3& p);
 
-// By how many rings a point [mm] is off from where it were if the tree were round and straight:
-// slow bends along the trunk, waves around it.
+// Displacement of a point [mm] in rings, relative to a round and straight tree: slow bends along
+// the trunk, waves around it.
 double ring_wave(const Log& log, const Vec3& point);
 
-// How many rings a point is away from the pith: the whole part is the year.
+// Number of rings between a point and the pith. The whole part is the year.
 inline double rings_at(const Log& log, const Vec3& point, double wave) {
   const Vec3 from = point - log.pith, across = from - from.dot(log.along) * log.along;
   return across.norm() / log.ring + wave;
 }
 
-// 0: early wood, light; 1: late wood, dark. Early wood grows dark slowly, and ends at once: with t
-// from 0 to 1 over the year's rest after its early wood, it is t^2 (3 - 2 t), and falls to 0 over
-// the last kRingEdge of the year.
+// 0: early wood, light; 1: late wood, dark. Early wood darkens slowly and ends at once. Let t go
+// from 0 to 1 over the rest of the year after its early wood. The value is t^2 (3 - 2 t), and falls
+// to 0 over the last kRingEdge of the year.
 double late_wood(double rings);
 inline constexpr double kRingEdge = 0.06;
-// The share of that year's ring that is early wood: 0.55 to 0.85.
+// Share of early wood in that year's ring: 0.55 to 0.85.
 double early_wood(double year);
 
 }  // namespace kibori

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT
-// Force models: from what a motion removed to force and moment at the tool's tip. Units: N, N mm.
+// Force models: compute the force and moment at the tool's tip from what a motion removed. Units:
+// N, N mm.
 //
-//   paper    F = -Kf K p/|p|          M = sum z_i x F_i; the paper's eqs. 4 and 5, to the letter
-//   energy   F = -u dV/|p| p/|p|      M likewise; u [N/mm^2] the material's specific cutting energy
+//   paper    F = -Kf K p/|p|          M = sum z_i x F_i; exactly eqs. 4 and 5 of the paper
+//   energy   F = -u dV/|p| p/|p|      M likewise; u [N/mm^2] the material's specific cutting
+//                                     energy, or the value that the law of chip.h gives
 //
-// p is the tip's displacement over the tick and e_z the tool's axis at its end. Five degrees of
-// freedom (eq. 5) keep only the lever along the tool; six keep the whole lever r_i x F_i.
+// p is the tip's displacement over the tick. e_z is the tool's axis at its end. dV is the sliding
+// mean of path_mean.h. Five degrees of freedom (eq. 5) use only the lever along the tool. Six use
+// the whole lever r_i x F_i.
 #pragma once
 
 #include <algorithm>
@@ -14,11 +17,12 @@
 #include <kibori/edit/removed.h>
 #include <kibori/geometry/material.h>
 #include <kibori/geometry/vec.h>
+#include <kibori/haptics/path_mean.h>
 
 namespace kibori {
 
-// series: what pushes the tool is felt, a spring between hand and tool (motion/spring_tool.h);
-// energy and paper: the laws above.
+// series: a spring between hand and tool gives the force (motion/spring_tool.h). energy and paper:
+// the laws above.
 enum class ForceModel { series, energy, paper };
 constexpr Names<3> names_of(ForceModel) { return {"series", "energy", "paper"}; }
 
@@ -27,61 +31,64 @@ struct Wrench {
   Vec3 moment = Vec3::Zero();  // N mm about the tip
 };
 
-// One tick of a tool's motion, in mm and the world's frame.
-struct Tick {
+// One tick of a tool's motion, in mm, in the world's frame.
+struct TickMotion {
   Vec3 tip = Vec3::Zero();     // at the end
   Vec3 axis = Vec3::UnitZ();   // at the end, unit, from the tip into the body
   Vec3 travel = Vec3::Zero();  // p: displacement of the tip
-  Vec3 turn = Vec3::Zero();    // rotation vector [rad]; zero when the tool only shifts
+  Vec3 turn = Vec3::Zero();    // rotation vector [rad]; zero if the tool only translates
 };
 
-// Of the force of a cut, what the hand bears where a motor turns the tool: the motor gives the
-// cutting speed, the hand the feed, and feed forces of routers and burrs are of the order of a
-// tenth of what a knife of the same chip would need. More, and a ball burr in oak is harder to push
-// than a carver can; less, and hard and soft wood feel alike.
+// Share of the cutting force that the hand supports if a motor drives the tool. The motor gives the
+// cutting speed, the hand the feed. Feed forces of routers and burrs are about a tenth of the force
+// of a knife with the same chip. If larger, a ball burr in oak is harder to push than a carver can
+// push. If smaller, hard and soft wood give the same force.
 inline constexpr double kPoweredShare = 0.1;
-// The same where a press or an arbor drives a stamp in, by its lever and screw.
+// The same if the lever and screw of a press or an arbor drive a stamp.
 inline constexpr double kPressShare = 0.01;
 
+// Thrust of a sharp edge, and the maximum; a worn edge has more than a sharp one.
+inline constexpr double kSharpThrust = 0.3, kMaxThrust = 3;
+
+inline constexpr int kForceVersion = 2;
+
 struct ForceLaw {
-  // With `series` a tick has the wrench of `energy`, and the spring's pull stands in for it.
+  // In model `series` a tick computes the wrench of `energy`; the spring's pull replaces it.
   ForceModel model = ForceModel::paper;
   int dof = 5;  // 5 or 6
-  // Model `energy`: of the cut's force, what the hand bears (see kPoweredShare).
+  // Model `energy`: share of the cutting force that the hand supports (see kPoweredShare).
   double hand_share = 1;
-  // Whether what the tool stands in where a stroke begins resists its first tick, too: so strokes
-  // of old documents were felt.
+  // True: the material inside the tool at the stroke's beginning also resists its first tick. Old
+  // documents computed their forces this way.
   bool start_resists = false;
+  // Model `energy`: thrust as a share of the cutting force. It pushes the edge along the normal of
+  // its front and does no work.
+  double thrust = 0;
+  // Version of the code that computed a document's stored forces. 1: volumes as means of the three
+  // fields (before November 29, 2026). 2: volumes of dexel/volume.h.
+  int version = kForceVersion;
 };
 
-// The wrench that `removed` causes. `removed` must have its moments about tick.tip
-// (Motion::reference), and, while turning, its element sums (Motion::turning). `material(i)` gives
-// the properties of material i.
-template <class Materials>
-Wrench wrench(const ForceLaw& law, const Removed& removed, const Tick& tick, double pitch_mm,
-              const Vec3& origin_mm, const Materials& materials);
-
-// Material i of a list that is not empty; one that is not in it is as the last, so that no file of
-// somebody's can ask beyond it.
+// Material i of a list that is not empty. An index beyond the list gives the last material, so that
+// a damaged file cannot read out of bounds.
 template <class Materials>
 const auto& material_of(const Materials& materials, int i) {
   return materials[std::min(static_cast<size_t>(i), std::size(materials) - 1)];
 }
 
-// The part of one material: see wrench.
-Wrench part_wrench(const ForceLaw& law, const RemovedPart& part, const Material& material,
-                   const Tick& tick, double pitch_mm, const Vec3& origin_mm);
+// Model `paper`: wrench of the removed points of one material.
+Wrench paper_wrench(int dof, const RemovedPart& part, const Material& material,
+                    const TickMotion& tick, double pitch_mm, const Vec3& origin_mm);
 
-template <class Materials>
-Wrench wrench(const ForceLaw& law, const Removed& removed, const Tick& tick, double pitch_mm,
-              const Vec3& origin_mm, const Materials& materials) {
-  Wrench sum;
-  removed.for_parts([&](int i, const RemovedPart& part) {
-    const Wrench one = part_wrench(law, part, material_of(materials, i), tick, pitch_mm, origin_mm);
-    sum.force += one.force;
-    sum.moment += one.moment;
-  });
-  return sum;
-}
+// Model `energy`: resistance of the removed part of one material. `part` must have its moments
+// about tick.tip (Motion::reference), and for a turn its element sums (Motion::turning).
+PathMean::Resistance resistance_of(const RemovedPart& part, const TickMotion& tick,
+                                   double pitch_mm);
+// Wrench of the resistance that is paid in a tick. u: cutting_energy of chip.h.
+Wrench energy_wrench(const ForceLaw& law, const PathMean::Resistance& paid, double u,
+                     const TickMotion& tick, double pitch_mm);
+// Wrench of the thrust for a cut that needs `force`. It acts at the centre of the paid volume.
+Wrench thrust_wrench(const ForceLaw& law, const ChipMoments& paid, const Chip& chip,
+                     const Vec3& force, const TickMotion& tick, double pitch_mm);
 
 }  // namespace kibori

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: MIT
-// A hand on a device, simulated: what the virtual device is moved by, and what stability is tested
-// with.
+// Simulates a hand on a device. It moves the virtual device and tests stability.
 //
 //   target ──/\/\/\──┬── [hand + device mass] ── device's own damping
 //            ──▭──   ┘            ▲ force from the program
 //
-// The hand follows a target through a spring and a damper (its grip); the device has mass and
-// damping of its own. Integrated in 20 steps a tick, implicit in springs and dampers, so stable for
-// any grip.
+// The hand follows a target through a spring and a damper (its grip). The device has its own mass
+// and damping. Integrated in 20 steps per tick, implicit in springs and dampers, so any grip is
+// stable.
 #pragma once
 
 #include <algorithm>
@@ -29,8 +28,8 @@ class SimulatedHand {
  public:
   SimulatedHand(const HandSettings& settings, const Vec3& at_mm) : s_(settings), position_(at_mm) {}
 
-  // Moves on by dt under a constant force from the program, towards a target that moves at the
-  // given velocity.
+  // Advances by dt under a constant force from the program. The target moves at the given velocity
+  // and ends at target_mm.
   void step(const Vec3& force_n, const Vec3& target_mm, const Vec3& target_velocity_mm_s,
             double dt_s) {
     constexpr int kSteps = 20;
@@ -39,8 +38,8 @@ class SimulatedHand {
     const double mass = (s_.hand_mass_kg + s_.device_mass_kg) / 1000;
     for (int i = 1; i <= kSteps; i++) {
       const Vec3 target = target_mm + target_velocity_mm_s * (dt * (i - kSteps));
-      // Implicit in the dampers and the spring: v' = (m v + dt (F + k (x_t - x) + b v_t)) / (m + dt
-      // b + dt^2 k).
+      // Implicit in the dampers and the spring:
+      // v' = (m v + dt (F + k (x_t - x) + b v_t)) / (m + dt b + dt^2 k).
       const double damping = s_.grip_damping_ns_mm + s_.device_damping_ns_mm;
       const Vec3 push = force_n + s_.grip_n_mm * (target - position_) +
                         s_.grip_damping_ns_mm * target_velocity_mm_s;
@@ -55,8 +54,8 @@ class SimulatedHand {
 
   const Vec3& position_mm() const { return position_; }
   const Vec3& velocity_mm_s() const { return velocity_; }
-  // What the grip has put into the device by now, and the least that ever was [mJ]: below 0 device
-  // and program together made energy.
+  // Work of the grip on the device so far, and its minimum [mJ]. Below 0, device and program
+  // together produced energy.
   double work_mj() const { return work_mj_; }
   double min_work_mj() const { return min_work_mj_; }
 

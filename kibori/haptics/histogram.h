@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// How often which duration came up: bins a 32nd of an octave wide, so quantiles are true to 2 %.
-// Fixed in size; adding is a few instructions.
+// Histogram of durations. Each octave has 32 equal bins, so a quantile is at most 3.2 % too high.
+// Its size is fixed; adding a value takes a few instructions.
 #pragma once
 
 #include <array>
@@ -12,27 +12,26 @@ namespace kibori {
 
 class Histogram {
  public:
-  // A duration [ns]; negative counts as 0.
+  // Adds a duration [ns]; a negative one counts as 0.
   void add(int64_t ns) {
     const auto value = static_cast<uint64_t>(ns < 0 ? 0 : ns);
     bins_[bin_of(value)]++;
     count_++;
-    if (value > most_) most_ = value;
+    if (value > max_) max_ = value;
   }
   uint64_t count() const { return count_; }
-  uint64_t max_ns() const { return most_; }
-  // The upper end [ns] of the bin that holds the share-th of all, 0 ... 1; 0 without any.
+  uint64_t max_ns() const { return max_; }
+  // Upper end [ns] of the bin that contains the quantile `share`, 0 ... 1. Returns 0 if empty.
   uint64_t quantile_ns(double share) const {
     const auto wanted = static_cast<uint64_t>(share * static_cast<double>(count_));
     uint64_t seen = 0;
     for (size_t i = 0; i < bins_.size(); i++) {
       seen += bins_[i];
-      if (seen > wanted || (seen == count_ && seen > 0))
-        return end_of(i) < most_ ? end_of(i) : most_;
+      if (seen > wanted || (seen == count_ && seen > 0)) return end_of(i) < max_ ? end_of(i) : max_;
     }
     return 0;
   }
-  // Calls f(from_ns, to_ns, how many) for every bin that holds any.
+  // Calls f(from_ns, to_ns, count) for every bin that is not empty.
   template <class F>
   void for_bins(F&& f) const {
     for (size_t i = 0; i < bins_.size(); i++)
@@ -41,7 +40,7 @@ class Histogram {
 
  private:
   static constexpr uint64_t kParts = 32;
-  // Values below kParts have a bin each; then kParts an octave.
+  // Each value below kParts has its own bin. Above, each octave has kParts bins.
   static size_t bin_of(uint64_t value) {
     if (value < kParts) return static_cast<size_t>(value);
     // value >> octave is in [32, 64).
@@ -54,10 +53,10 @@ class Histogram {
     const size_t octave = bin / kParts - 1;
     return (bin % kParts + kParts + 1) << octave;
   }
-  static constexpr size_t kBins = 36 * kParts;  // up to half a minute
+  static constexpr size_t kBins = 36 * kParts;  // up to 2^40 ns, about 18 minutes
 
   std::array<uint64_t, kBins> bins_{};
-  uint64_t count_ = 0, most_ = 0;
+  uint64_t count_ = 0, max_ = 0;
 };
 
 }  // namespace kibori

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The materials that Kibori knows by name, with their physics: one table for scenes, documents and
-// the studio.
+// The built-in materials and their physics. Scenes, documents and the studio share this table.
 #pragma once
 
 #include <string>
@@ -11,19 +10,12 @@
 
 namespace kibori {
 
-// A material and what its species is known for. Force models use `material`. Its u is that across
-// the grain: the mean of 0-90 and 90-90 in wood science's names for cutting directions, which
-// motion alone can't tell apart; u_along is that of 90-0.
-struct Species {
-  Material material;
-  double density_kg_m3;  // woods: at 12 % moisture
-};
-
-// All of them, in the order in which a person is offered them; never empty.
-const std::vector<Species>& known_species();
-// Their materials, in the same order.
+// All built-in materials, in the order in which the user interface lists them; never empty.
 const std::vector<Material>& known_materials();
-// Of the known one of that name [kg/m^3]; 0: there is none.
-double density_of(std::string_view name);
+// The built-in material of that name; null if there is none.
+const Material* known_material(std::string_view name);
+// The law of its forces in one line: "33 / 10 / 7 N/mm^1.5" (end grain, along, across) or "2
+// N/mm²".
+std::string law_text(const Material& material);
 
 }  // namespace kibori

@@ -10,13 +10,14 @@ namespace {
 
 double length(const Vec3& v) { return std::sqrt(v.squaredNorm()); }
 
-// v, shortened to at most `max`. Slightly below: rounding must not show above the limit.
+// Shortens v to at most `max`. The result is slightly below, so that rounding cannot exceed the
+// limit.
 Vec3 within(const Vec3& v, double max) {
   const double l = length(v);
   return l > max ? Vec3(v * (max * (1 - 1e-12) / l)) : v;
 }
 
-// From `last` towards `wanted` by at most `step`; towards nothing at any rate.
+// Moves from `last` towards `wanted` by at most `step`. Shrinking is not limited.
 Vec3 towards(const Vec3& last, const Vec3& wanted, double step) {
   const Vec3 change = wanted - last;
   if (length(change) <= step) return wanted;
@@ -78,7 +79,7 @@ Wrench SafetyStage::latch(Trip trip) {
 
 Wrench SafetyStage::pass(const SafetyInput& input) {
   if (state_ == State::off) return {};
-  // Written so that anything that is not a number trips.
+  // Written so that NaN also trips.
   if (input.device == DeviceStatus::unplugged) return latch(Trip::device_unplugged);
   if (input.device == DeviceStatus::failed) return latch(Trip::device_failed);
   if (!input.wanted.force.allFinite() || !input.wanted.moment.allFinite() ||

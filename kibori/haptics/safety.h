@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-// The last stage before any device: whatever is computed before it, no more than this comes out.
+// The last stage before a device. It limits every output, however the input was computed.
 //
 //        arm()          wanted force small         1 s
 //   off ──────▶ waiting ──────────────────▶ ramp up ─────▶ full
-//    ▲             command older than 2 ms: down to nothing within 5 ms, up again when it is fresh
+//    ▲             command older than 2 ms: fades to 0 within 5 ms, ramps up again when it is fresh
 //    └── latched: older than 20 ms, too fast, device error, unplugged, not finite: 0 at once
 //
-// Off until armed, and again after every trip, with the reason kept.
+// The stage is off until it is armed. After a trip it is off again and keeps the reason.
 #pragma once
 
 #include <cstdint>
@@ -17,11 +17,11 @@
 
 namespace kibori {
 
-inline constexpr double kRampUpS = 1.0;    // from nothing to all
-inline constexpr double kStaleS = 0.002;   // the force of a command older than this fades
-inline constexpr double kFadeS = 0.005;    // a stale command's force has faded within this
-inline constexpr double kDeadS = 0.020;    // a command older than this switches the device off
-inline constexpr double kArmShare = 0.05;  // of the device's limits: what counts as small
+inline constexpr double kRampUpS = 1.0;    // from 0 to full force
+inline constexpr double kStaleS = 0.002;   // the force of an older command fades
+inline constexpr double kFadeS = 0.005;    // a stale command's force reaches 0 within this time
+inline constexpr double kDeadS = 0.020;    // an older command switches the device off
+inline constexpr double kArmShare = 0.05;  // "small" force, as a share of the device's limits
 
 enum class Trip : uint8_t {
   none,
@@ -31,12 +31,12 @@ enum class Trip : uint8_t {
   device_unplugged,
   not_finite
 };
-// One sentence for a user.
+// One sentence for the user.
 std::string trip_text(Trip trip);
 
 struct SafetyInput {
   Wrench wanted;
-  double command_age_s = 0;  // how old what was computed is
+  double command_age_s = 0;  // age of the computed command
   DeviceStatus device = DeviceStatus::ok;
   Vec3 velocity_mm_s = Vec3::Zero();
 };
@@ -47,12 +47,12 @@ class SafetyStage {
 
   SafetyStage(const DeviceCapabilities& limits, double tick_s);
 
-  // Asks to begin; forgets the last trip.
+  // Requests forces; clears the last trip.
   void arm();
-  // Nothing at once, without a reason.
+  // Sets the output to 0 at once, without a reason.
   void disarm();
-  // One tick. What comes out is within the device's force, moment and rate limits; going to nothing
-  // is never held back. Neither allocates nor fails.
+  // Runs one tick. The output is within the device's force, moment and rate limits. A decrease to 0
+  // is never delayed. Does not allocate or fail.
   Wrench pass(const SafetyInput& input);
 
   State state() const { return state_; }
@@ -69,14 +69,14 @@ class SafetyStage {
   Wrench last_;
 };
 
-// What is rendered, for the stability condition.
+// Rendered parameters, for the stability condition.
 struct Rendering {
   double stiffness_n_mm = 0;   // k of the series tool
-  double viscosity_ns_mm = 0;  // B: all viscosity that is rendered
+  double viscosity_ns_mm = 0;  // B: all rendered viscosity
   double tick_s = 0.001;       // T
 };
-// Ok if k T/2 + |B| is within the device's own damping (Colgate and Schenkel 1997); else one
-// sentence saying what to change, and to what.
+// Returns Ok if k T/2 + |B| is within the device's own damping (Colgate and Schenkel 1997).
+// Otherwise returns one sentence that says what to change, and to what value.
 Status check_stability(const Rendering& rendering, const DeviceCapabilities& device);
 
 }  // namespace kibori

@@ -31,12 +31,12 @@ std::string enter_real_time() {
   priority.sched_priority = kPriority;
   const int scheduling = pthread_setschedparam(pthread_self(), SCHED_FIFO, &priority);
   const bool locked = mlockall(MCL_CURRENT) == 0;
-  std::string said = scheduling == 0
+  std::string text = scheduling == 0
                          ? "real-time scheduling (SCHED_FIFO)"
                          : std::string("ordinary scheduling (real-time was refused: ") +
                                std::strerror(scheduling) + "; allow it with rtprio in limits.conf)";
-  said += locked ? ", memory locked" : ", memory not locked (raise memlock in limits.conf)";
-  return said;
+  text += locked ? ", memory locked" : ", memory not locked (raise memlock in limits.conf)";
+  return text;
 }
 
 int64_t period_of(double rate_hz) {
@@ -55,7 +55,7 @@ double ServoClock::wait() {
   due_ns_ += period_ns_;
   int64_t now = now_ns();
   if (now >= due_ns_ + period_ns_) {
-    // Too late for some: they are not made up for.
+    // Ticks that are past are skipped, not repeated.
     const int64_t past = (now - due_ns_) / period_ns_;
     statistics_.missed += static_cast<uint64_t>(past);
     due_ns_ += past * period_ns_;

@@ -24,12 +24,12 @@ void CrumbWorker::signal() {
 void CrumbWorker::begin(Stroke stroke) {
   KIBORI_CHECK(idle_ && strokes_.push(std::move(stroke)));
   idle_ = false;
-  asked_++;
+  request_count_++;
   signal();
 }
 
 void CrumbWorker::wait() const {
-  for (int answered; (answered = answers_.load(std::memory_order_acquire)) != asked_;)
+  for (int answered; (answered = answers_.load(std::memory_order_acquire)) != request_count_;)
     answers_.wait(answered, std::memory_order_acquire);
 }
 

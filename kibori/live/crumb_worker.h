@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
-// The thread that looks for what a stroke severed, beside the servo, which never waits for it.
+// The thread that searches for the pieces that a stroke severed. It runs in parallel with the
+// servo, which never waits for it.
 //
-//   servo:   begin(stroke that ended) ──► take_crumbs, on a model beside ──► take(done)
+//   servo:   begin(stroke that ended) ──► take_crumbs, on a separate model ──► take(done)
 //
-// One stroke at a time: until it is answered, the material is only felt.
+// It handles one stroke at a time. Until the result arrives, the tool changes no material and only
+// produces forces.
 #pragma once
 
 #include <atomic>
@@ -22,11 +24,11 @@ class CrumbWorker {
     LatticeBox bounds;  // of the material
     double removed_mm3 = 0;
     Crumbs rule = Crumbs::sort;
-    std::shared_ptr<const NoGo> no_go;  // what holds some of it stays
+    std::shared_ptr<const NoGo> no_go;  // pieces that contain some of it stay
   };
   struct Done {
-    Stroke stroke;         // its `after` and `bounds` are without the crumbs
-    bool changed = false;  // there were any
+    Stroke stroke;         // `after` and `bounds` exclude the crumbs
+    bool changed = false;  // true if there were crumbs
     CrumbResult crumbs;
   };
 
@@ -34,13 +36,12 @@ class CrumbWorker {
   ~CrumbWorker();
   CrumbWorker(const CrumbWorker&) = delete;
 
-  // The servo's thread; none of these waits, locks or allocates.
-  // Only where it is idle.
+  // For the servo's thread. None of these waits, locks or allocates. Call begin() only while idle.
   void begin(Stroke stroke);
   bool idle() const { return idle_; }
-  // The answer, once it is there; it is idle then.
+  // Moves the result to `done` if it exists. Then the worker is idle.
   bool take(Done& done);
-  // Until the answer is there, if one is to come: for the owner of a servo that has no thread.
+  // Waits until the result of a pending stroke exists. For the owner of a servo without a thread.
   void wait() const;
 
  private:
@@ -48,11 +49,11 @@ class CrumbWorker {
   void run();
 
   bool idle_ = true;  // the servo's
-  // Of both.
+  // Shared by both threads.
   SmallQueue<Stroke, 2> strokes_;
   SmallQueue<Done, 2> done_;
   std::atomic<int> signals_{0}, answers_{0};
-  int asked_ = 0;  // the servo's
+  int request_count_ = 0;  // the servo's
   std::atomic<bool> stopping_{false};
   std::thread thread_;
 };

@@ -8,7 +8,8 @@
 
 namespace kibori {
 
-DabWorker::DabWorker(int threads) : threads_(threads), thread_([this] { run(); }) {}
+DabWorker::DabWorker(std::function<void()> after_change, int threads)
+    : after_change_(std::move(after_change)), threads_(threads), thread_([this] { run(); }) {}
 
 int DabWorker::spare_threads() {
   return std::clamp(static_cast<int>(std::thread::hardware_concurrency()) - 2, 1, 4);
@@ -27,37 +28,67 @@ void DabWorker::signal() {
 }
 
 bool DabWorker::begin(Stroke stroke) {
-  stroke.number = number_ + 1;
-  if (!strokes_.push(std::move(stroke))) return false;
-  number_++;
+  if (strokes_.full()) return false;
+  stroke.number = ++number_;
+  sent_ = stroke.start;
+  keeps_newest_ = warps(stroke.settings.mode);
+  merge_tolerance_mm_ = kMergeTolerance * stroke.state.lattice.pitch_mm;
+  // A brush is round: its turn changes nothing.
+  const Mode mode = stroke.settings.mode;
+  merge_reach_mm_ = mode == Mode::press || on_wheel(mode) ? reach_mm(stroke.settings.tool) : 0;
+  merged_.begin(sent_, merge_tolerance_mm_, merge_reach_mm_);
+  strokes_.push(std::move(stroke));
   return true;
 }
 
-bool DabWorker::move(const Pose& pose, bool ends) {
+bool DabWorker::push(const Pose& pose, bool ends) {
   if (!waiting_.push({number_, pose, ends})) return false;
   moves_++;
+  sent_ = pose;
+  merged_.begin(sent_, merge_tolerance_mm_, merge_reach_mm_);
   signal();
   return true;
 }
 
+bool DabWorker::move(const Pose& pose) {
+  if (!crowded()) return flush() && push(pose, false);
+  if (keeps_newest_) merged_.begin(sent_, merge_tolerance_mm_, merge_reach_mm_);
+  return merged_.add(pose) || (flush() && merged_.add(pose));
+}
+
+bool DabWorker::flush() { return merged_.empty() || push(merged_.end(), false); }
+
+bool DabWorker::end() { return flush() && push(sent_, true); }
+
+size_t DabWorker::queued() const {
+  return static_cast<size_t>(moves_ - answered_.load(std::memory_order_acquire));
+}
+
+bool DabWorker::crowded() const { return queued() >= kMaxMoves / 2 || strokes_.full(); }
+
+size_t DabWorker::pending() const { return queued() + (merged_.empty() ? 0 : 1); }
+
 bool DabWorker::take(Done& done) {
-  while (done_.pop(done))
+  while (done_.pop(done)) {
+    signal();  // the worker may wait for room
     if (!is_dropped(done.stroke)) return true;
+  }
   return false;
 }
 
 void DabWorker::drop() {
   dropped_.store(number_, std::memory_order_release);
+  merged_.begin(sent_, merge_tolerance_mm_, merge_reach_mm_);
   signal();
 }
 
-bool DabWorker::settled() const { return answered_.load(std::memory_order_acquire) == moves_; }
+bool DabWorker::settled() const { return pending() == 0; }
 
 void DabWorker::run() {
   while (!stopping_) {
     const int seen = signals_.load(std::memory_order_acquire);
     Move move;
-    while (!stopping_ && waiting_.pop(move)) {
+    while (!stopping_ && !done_.full() && waiting_.pop(move)) {
       work(move);
       answered_.fetch_add(1, std::memory_order_release);
     }
@@ -68,10 +99,10 @@ void DabWorker::run() {
 
 void DabWorker::clear_bench() {
   bench_.reset();
-  if (memory_->bytes() > kMostKept) memory_ = std::make_shared<DabMemory>();
+  if (memory_->bytes() > kMaxKeptBytes) memory_ = std::make_shared<DabMemory>();
 }
 
-// No more of this stroke.
+// Abandons the current stroke.
 void DabWorker::give_up() {
   clear_bench();
   Done done;
@@ -92,10 +123,11 @@ void DabWorker::work(const Move& move) {
   }
   if (!bench_ || is_dropped(move.stroke)) return;
   const Mode mode = stroke_.settings.mode;
-  // A warp of a pose that is already left would be thrown away.
+  // A newer pose is waiting, so the warp of this pose would be discarded.
   if (warps(mode) && !move.ends && !waiting_.empty()) return;
   auto& [model, reshape] = *bench_;
-  // Until something changes, the stroke begins anew with every move: its log begins there.
+  // Until something changes, every move begins the stroke again. Therefore, its log starts at the
+  // first change.
   if (!changed_ && !reshape.begin(stroke_.settings, *stroke_.materials, last_)) {
     give_up();
     return;
@@ -104,27 +136,28 @@ void DabWorker::work(const Move& move) {
   done.stroke = move.stroke;
   done.ends = move.ends;
   done.before = last_;
-  done.felt =
+  done.result =
       moved_tick({last_, move.pose.tip - last_.tip, rotation_between(last_.frame, move.pose.frame)},
                  move.pose.tip);
   const uint64_t before = model.generation();
-  if (!(move.ends ? reshape.end(done.felt) : reshape.advance(done.felt, true))) {
+  if (!(move.ends ? reshape.end(done.result) : reshape.advance(done.result, true))) {
     give_up();
     return;
   }
   done.changed = model.generation() != before;
   changed_ |= done.changed;
-  // A warp's stroke begins where it was begun, however late it changes anything.
-  if (!warps(mode) || changed_) last_ = done.felt.pose;
+  if (done.changed && after_change_) after_change_();
+  // A warp's stroke keeps its first pose, even if the first change comes late.
+  if (!warps(mode) || changed_) last_ = done.result.pose;
   if (!changed_) return;
   done.work_per_mm = reshape.work_per_mm();
   done.stiffness_n_mm = reshape.stiffness_n_mm();
-  done.owed_mm3 = move.ends ? reshape.owed_mm3() : 0;
+  done.pending_mm3 = move.ends ? reshape.pending_mm3() : 0;
   if (done.changed) {
     done.state = model.snapshot();
     done.bounds = model.material_bounds();
   }
-  // The servo takes all there are before it adds a move, so this is never full.
+  // run() has seen that there is room.
   KIBORI_CHECK(done_.push(std::move(done)));
 }
 

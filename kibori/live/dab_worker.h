@@ -1,20 +1,30 @@
 // SPDX-License-Identifier: MIT
-// The thread that computes reshaping strokes beside the servo, which never waits for it.
+// The thread that computes reshaping strokes. It runs in parallel with the servo, which never waits
+// for it.
 //
-//   servo:   begin(stroke), move(pose) ──► ReshapeStroke, on a model beside ──► take(done)
+//   servo:   begin(stroke), move(pose) ──► ReshapeStroke, on a separate model ──► take(done)
 //
-// What is taken comes in the order of the moves, each with the state of the model after it: the
-// servo restores that between two ticks, as an undo does. Moves before the first one that changes
-// anything are no part of the stroke, and nothing comes of them. A warp is a function of the last
-// pose alone: where moves are waiting, it is computed for the newest of them.
+// Results arrive in the order of the moves. Each contains the state of the model after the move.
+// The servo restores that state between two ticks, as an undo does. Moves before the first one that
+// changes anything do not belong to the stroke and have no result.
 //
-// Dabs may run on more threads than the worker's own. They are the pool's, of ordinary priority,
-// and fewer than the machine's processors, so that the servo and who draws what it carves find one
-// each.
+// Dabs follow the whole path, however late they are. The queue is bounded, and no path is lost:
+//
+//   less than half full   every pose is a move of its own
+//   half full             crowded(): a hand that can wait does so (Device::can_wait). For any other
+//                         hand, poses on a straight motion are merged (PoseMerger).
+//   full                  move() returns false, and the stroke ends at the last accepted pose
+//
+// A warp is a function of the last pose alone. If several moves wait, it is computed for the newest
+// of them, and a crowded queue keeps only the newest pose.
+//
+// Dabs may also run on the pool's threads, which have normal priority. There are fewer of them than
+// processors, so that the servo and the drawing thread have one processor each.
 #pragma once
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <thread>
 #include <utility>
@@ -22,6 +32,7 @@
 
 #include <kibori/base/handover.h>
 #include <kibori/dexel/tri_dexel.h>
+#include <kibori/live/pose_merger.h>
 #include <kibori/motion/reshape_stroke.h>
 
 namespace kibori {
@@ -32,55 +43,72 @@ class DabWorker {
     ReshapeSettings settings;
     std::shared_ptr<const std::vector<Material>> materials;
     Pose start;           // of the tool
-    Snapshot state;       // of the model, where it begins
+    Snapshot state;       // of the model at the start of the stroke
     LatticeBox bounds;    // of its material
     uint64_t number = 0;  // begin() sets it
   };
-  // A move that belongs to its stroke.
+  // The result of one move of a stroke.
   struct Done {
     uint64_t stroke = 0;
     Pose before;                // of the tool
-    ToolTick felt;              // with the pose after it
-    bool ends = false;          // see end()
+    ToolTick result;            // with the pose after the move
+    bool ends = false;          // ReshapeStroke::end made it
     double work_per_mm = 0;     // see held_force
     double stiffness_n_mm = 0;  // of a warp: see MaxwellForce
-    double owed_mm3 = 0;        // what a press could not give back, at its end
+    double pending_mm3 = 0;     // clay that a press could not put back, at its end
     bool failed = false;        // it could not be computed: its stroke ends before it
-    bool changed = false;       // then there is a state
+    bool changed = false;       // true if there is a state
     Snapshot state;
     LatticeBox bounds;
   };
 
-  // `threads`: on how many threads dabs run; what comes of them does not depend on it.
-  explicit DabWorker(int threads = spare_threads());
+  // `threads`: number of threads for dabs. It does not change the result. `after_change`: for tests
+  // of a slow machine; the worker's thread calls it after each move that changed its model.
+  explicit DabWorker(std::function<void()> after_change = {}, int threads = spare_threads());
   ~DabWorker();
   DabWorker(const DabWorker&) = delete;
 
-  // The machine's processors but two, from 1 to 4.
+  // Size of the queue: 8 s of a hand at 1 kHz, 1 MB. The second half is for merged motions.
+  static constexpr size_t kMaxMoves = 8192;
+  // Max number of results that wait to be taken.
+  static constexpr size_t kMaxDone = 64;
+  // Tolerance of merged motions [cells].
+  static constexpr double kMergeTolerance = 0.05;
+
+  // The machine's processors minus two, from 1 to 4.
   static int spare_threads();
 
-  // The servo's thread; none of these waits, locks or allocates.
-  // Whether a stroke can begin now: not while kMaxStrokes are waiting.
+  // For the servo's thread. None of these waits, locks or allocates. begin() returns false while
+  // kMaxStrokes are waiting.
   bool begin(Stroke stroke);
-  // The tool moved to `pose`. False while kMaxMoves are waiting: then the next move goes from where
-  // the last one that was taken ended. `ends`: the stroke is over there (ReshapeStroke::end).
-  bool move(const Pose& pose, bool ends = false);
-  // The next move that is done, if one is.
+  // The tool moved to `pose`. Returns false if there is no room for it, not even merged.
+  bool move(const Pose& pose);
+  // Sends merged poses. Call it before the end of a stroke until it returns true. False: no room.
+  bool flush();
+  // The stroke ends at its last pose (ReshapeStroke::end). Returns false if there is no room yet.
+  bool end();
+  // True if more than half of the queue is in use, or if begin() would return false.
+  bool crowded() const;
+  // The number of poses that wait. A merged motion counts as one.
+  size_t pending() const;
+  // Moves the next result to `done` if there is one.
   bool take(Done& done);
-  // The strokes so far are over; moves that were not taken are as if they had not been.
+  // Ends all strokes so far. Moves without a taken result have no effect.
   void drop();
-  // Whether nothing more will come.
+  // True if no more results will come.
   bool settled() const;
 
  private:
-  static constexpr size_t kMaxStrokes = 4, kMaxMoves = 32, kMaxDone = 64;
-  // Memory of dabs that is kept after a stroke [bytes]: of brushes of some 80 cells.
-  static constexpr size_t kMostKept = 256 << 20;
+  static constexpr size_t kMaxStrokes = 4;
+  // Memory of dabs that is kept after a stroke [bytes]. It is enough for brushes of about 80 cells.
+  static constexpr size_t kMaxKeptBytes = 256 << 20;
   struct Move {
     uint64_t stroke = 0;
     Pose pose;
     bool ends = false;
   };
+  size_t queued() const;
+  bool push(const Pose& pose, bool ends);
   void signal();
   void run();
   void work(const Move& move);
@@ -89,7 +117,7 @@ class DabWorker {
   bool is_dropped(uint64_t stroke) const {
     return stroke <= dropped_.load(std::memory_order_acquire);
   }
-  // A model beside the servo's for one stroke: it keeps tiles alive that no one else needs.
+  // A separate model for one stroke. It keeps tiles alive that nothing else needs.
   struct Bench {
     Bench(const Stroke& stroke, int threads, std::shared_ptr<DabMemory> memory)
         : model(stroke.state, stroke.bounds), reshape(model, std::move(memory)) {
@@ -99,20 +127,25 @@ class DabWorker {
     ReshapeStroke reshape;
   };
 
+  const std::function<void()> after_change_;
   const int threads_;
-  // The servo's.
+  // For the servo's thread.
   uint64_t number_ = 0, moves_ = 0;
-  // Of both.
+  Pose sent_;  // the last pose in the queue
+  PoseMerger merged_;
+  bool keeps_newest_ = false;  // the stroke is a warp
+  double merge_tolerance_mm_ = 0, merge_reach_mm_ = 0;
+  // Shared by both threads.
   SmallQueue<Stroke, kMaxStrokes> strokes_;
   SmallQueue<Move, kMaxMoves> waiting_;
   SmallQueue<Done, kMaxDone> done_;
   std::atomic<uint64_t> dropped_{0};   // strokes up to this one
-  std::atomic<uint64_t> answered_{0};  // moves
+  std::atomic<uint64_t> answered_{0};  // number of moves
   std::atomic<int> signals_{0};
   std::atomic<bool> stopping_{false};
-  // The worker's.
+  // For the worker's thread.
   std::shared_ptr<DabMemory> memory_ = std::make_shared<DabMemory>();
-  std::unique_ptr<Bench> bench_;  // of the stroke that is being made
+  std::unique_ptr<Bench> bench_;  // of the current stroke
   Stroke stroke_;
   Pose last_;
   bool changed_ = false;

@@ -8,12 +8,12 @@
 namespace kibori {
 namespace {
 
-// What acts on bodies; the servo only holds the tool meanwhile.
+// Threads for actions on bodies. The servo only holds the tool in the meantime.
 constexpr int kThreads = 2;
 
 }  // namespace
 
-Result<WorkedBody> worked_body(const Bodies& bodies, BodyId id) {
+Result<WorkedBody> worked_body(const BodyList& bodies, BodyId id) {
   const Body& body = *bodies.find(id);
   Result<std::shared_ptr<const NoGo>> no_go = no_go_of(bodies, id);
   if (!no_go) return Error{no_go.error()};
@@ -41,10 +41,10 @@ void DocumentWriter::start() {
       write();
       std::unique_lock<std::mutex> lock(mutex_);
       if (request_)
-        was_asked_.wait_for(lock, std::chrono::milliseconds(1));
+        request_arrived_.wait_for(lock, std::chrono::milliseconds(1));
       else
-        was_asked_.wait_for(lock, std::chrono::milliseconds(20),
-                            [this] { return !requests_.empty(); });
+        request_arrived_.wait_for(lock, std::chrono::milliseconds(20),
+                                  [this] { return !requests_.empty(); });
     }
   });
 }
@@ -59,7 +59,7 @@ void DocumentWriter::stop() {
 
 void DocumentWriter::read() {
   StrokeLog& log = live_.log();
-  // Only one reads at a time.
+  // Only one thread may read at a time.
   const std::lock_guard<std::mutex> lock(reading_);
   StrokeLog::Event event;
   while (log.pop(event)) {
@@ -93,24 +93,24 @@ void DocumentWriter::write() {
     items_.clear();
   }
   if (waiting_ && live_.post(waiting_)) waiting_ = nullptr;
-  // What can't be written, not even into memory, stays, and all after it.
+  // An item that cannot be written, not even into memory, stays in the queue with all that follow.
   Status written = Ok{};
   while (written && !unwritten_.empty()) {
     written = take(unwritten_.front());
     if (written) unwritten_.pop_front();
   }
-  // The states that the document remembers hold on to theirs.
+  // The states that the document remembers keep their tiles.
   of_model_.keep_ready(ServoContext::kReadyTiles);
   if (written) written = document_->flush();
   for (const auto& call : calls) call(*document_);
-  std::string trouble = written ? document_->unsaved() : written.error();
+  std::string write_error = written ? document_->unsaved() : written.error();
   if (live_.log().lost()) {
-    trouble = document_->name() +
-              ": could not be written as fast as was carved; what was carved since is in no "
-              "document";
-    if (request_) done(Error{trouble});
+    write_error = document_->name() +
+                  ": could not be written as fast as was carved; what was carved since is in no "
+                  "document";
+    if (request_) done(Error{write_error});
   }
-  publish(&DocumentWriter::trouble_, trouble);
+  publish(&DocumentWriter::write_error_, write_error);
 }
 
 Status DocumentWriter::take(const Item& item) {
@@ -123,7 +123,7 @@ Status DocumentWriter::take(const Item& item) {
           b.start);
     }
     case StrokeLog::Kind::tick:
-      document_->add(item.event.tick, forces_ ? &item.event.felt : nullptr,
+      document_->add(item.event.tick, forces_ ? &item.event.computed : nullptr,
                      forces_ ? &item.event.given : nullptr);
       return Ok{};
     case StrokeLog::Kind::end:
@@ -147,7 +147,7 @@ Status DocumentWriter::take(const Item& item) {
   return Ok{};
 }
 
-// The step to go to.
+// The target step of the current request.
 Result<StepId> DocumentWriter::resolve() {
   switch (request_->kind) {
     case Kind::undo:
@@ -201,16 +201,16 @@ void DocumentWriter::done(const Status& how) {
   request_.reset();
   if (!how) {
     publish(&DocumentWriter::notice_, how.error());
-    waiting_ = [](ServoContext& live) { live.go_on(); };
+    waiting_ = [](ServoContext& live) { live.resume(); };
   }
   answered_++;
 }
 
 void DocumentWriter::ask(Kind kind, StepId step, const BodyAction& action, StepId head) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  asked_++;
+  request_count_++;
   requests_.push_back({kind, step, action, head});
-  was_asked_.notify_one();
+  request_arrived_.notify_one();
 }
 
 void DocumentWriter::with(std::function<void(Document&)> f) {
@@ -221,12 +221,12 @@ void DocumentWriter::with(std::function<void(Document&)> f) {
 std::string DocumentWriter::settled() {
   const bool in_memory = !document_->unsaved().empty();
   const std::string where = settle(*document_);
-  return in_memory ? where : trouble();
+  return in_memory ? where : write_error();
 }
 
-std::string DocumentWriter::trouble() const {
+std::string DocumentWriter::write_error() const {
   const std::lock_guard<std::mutex> lock(mutex_);
-  return trouble_;
+  return write_error_;
 }
 
 std::string DocumentWriter::notice() {

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Two threads that write a hand's strokes into a document while it carves, and go back and forth in
-// its history.
+// Two threads that write a hand's strokes into a document during carving, and move in its history.
 //
 //   hand:    tick, tick, end ──► log ──► Document ──► file
-//   anyone:  undo() ──► fence between two ticks ──► log: all before it is written
-//            state of the step before ──► restored between two ticks ──► log: the document is there
+//   caller:  undo() ──► fence between two ticks ──► log: everything before it is written
+//            state of the step before ──► restored between two ticks ──► log: the document moves
 #pragma once
 
 #include <atomic>
@@ -22,54 +21,55 @@
 
 namespace kibori {
 
-// One of a document's bodies, as a servo works on it (ServoContext::stand). Errors: as of no_go_of.
-Result<WorkedBody> worked_body(const Bodies& bodies, BodyId id);
+// A document's body in the form for ServoContext::stand. Errors: see no_go_of.
+Result<WorkedBody> worked_body(const BodyList& bodies, BodyId id);
 
 class DocumentWriter {
  public:
-  // `live` must log (LiveSettings::log) and stand at the document's head; it must outlive the
-  // document writer. Made before live.start(), as it reads the model. `forces`: what was felt is
-  // kept, too, tick by tick.
+  // `live` must log (LiveSettings::log) and be in the state of the document's head. It must outlive
+  // the document writer. Construct this before live.start(), because it reads the model. `forces`:
+  // also store the forces of every tick.
   DocumentWriter(LiveCarving& live, std::unique_ptr<Document> document, bool forces = false);
   ~DocumentWriter() { stop(); }
 
-  // One thread writes every 20 ms (every 1 ms during a request); another empties the log, so that
-  // nothing is lost while writing takes long. stop() writes the rest; call LiveCarving::stop()
+  // One thread writes every 20 ms (every 1 ms during a request). Another thread empties the log, so
+  // that nothing is lost during a long write. stop() writes the rest; call LiveCarving::stop()
   // first. start(), stop() and write() are for the owner's thread.
   void start();
   void stop();
-  // Without a thread: writes what there is.
+  // For an owner without these threads: writes everything that is available.
   void write();
 
-  // History. A stroke that is being made is finished first; what can't be done is told by notice().
-  // Any thread. (LiveCarving::cancel_stroke() leaves a stroke off.)
+  // History. The current stroke is finished first. notice() reports what failed. Any thread.
+  // (LiveCarving::cancel_stroke() discards a stroke.)
   void undo() { ask(Kind::undo, 0); }
   void redo() { ask(Kind::redo, 0); }
   void go(StepId step) { ask(Kind::go, step); }
-  // What is done with bodies, as a step (Document::act).
+  // Applies an action on bodies, as a step (Document::act).
   void act(const BodyAction& action) { ask(Kind::act, 0, action); }
-  // Document::revise of the step, on the way to `head`.
+  // Document::revise of the step, on the path to `head`.
   void revise(StepId step, StepId head, const BodyAction& action) {
     ask(Kind::revise, step, action, head);
   }
-  // Strokes go to this body from then on.
+  // Later strokes act on this body.
   void choose(BodyId body) { ask(Kind::choose, static_cast<StepId>(body)); }
-  // Whether all that was asked for is done. Any thread.
-  bool idle() const { return asked_.load() == answered_.load(); }
+  // True if all requests are done. Any thread.
+  bool idle() const { return request_count_.load() == answered_.load(); }
 
-  // Calls f between two writes, on the document writer's thread: versions, copies, another place.
-  // Any thread.
+  // Calls f between two writes, on the document writer's thread. For versions, copies, or another
+  // file. Any thread.
   void with(std::function<void(Document&)> f);
 
-  // Why the file holds only the beginning: a full disk, a log that ran over; empty if all is well.
-  // The session goes on, and but for the log the document has all of it in memory. Any thread.
-  std::string trouble() const;
-  // Why the last request failed; empty if none did. Reading clears it. Any thread.
+  // The reason why the file holds only the beginning: a full disk, or a log that overflowed. Empty
+  // if the file is complete. The session continues. Except after an overflow, the document has
+  // everything in memory. Any thread.
+  std::string write_error() const;
+  // The reason why the last request failed; empty if none did. Reading clears it. Any thread.
   std::string notice();
-  // After stop(): saves elsewhere what could not be saved where it belongs. Why the document holds
-  // only the beginning, and where the rest is; empty: all is there.
+  // After stop(): saves to another place what the document's file could not take. Returns why the
+  // file holds only the beginning, and where the rest is. Empty if the file is complete.
   std::string settled();
-  // While no thread runs.
+  // Only while no thread runs.
   Document& document() { return *document_; }
 
  private:
@@ -91,7 +91,7 @@ class DocumentWriter {
   void ask(Kind kind, StepId step, const BodyAction& action = {}, StepId head = 0);
   void read();
   Status take(const Item& item);
-  // At the fence: where to, and the way there.
+  // At the fence: finds the target step, and the state to restore.
   Result<StepId> resolve();
   Status resolve_request();
   void done(const Status& how);
@@ -103,20 +103,20 @@ class DocumentWriter {
   const std::string device_;  // that the first hand holds
   std::thread reader_, writer_;
   std::atomic<bool> stopping_{false};
-  std::atomic<uint64_t> asked_{0}, answered_{0};
-  // Of the writer's thread.
-  Snapshot of_model_;               // whose memory is refilled
-  std::optional<Request> request_;  // that is being answered
-  Command waiting_;                 // for a place among the commands of `live_`
+  std::atomic<uint64_t> request_count_{0}, answered_{0};
+  // For the writer's thread.
+  Snapshot of_model_;               // its memory is refilled
+  std::optional<Request> request_;  // the current request
+  Command waiting_;                 // waits for a place in the command queue of `live_`
   std::shared_ptr<Document::Checkout> to_;
   std::deque<Item> unwritten_;
-  std::mutex reading_;  // the log
-  std::condition_variable was_asked_;
-  mutable std::mutex mutex_;  // of the rest
+  std::mutex reading_;  // guards the log
+  std::condition_variable request_arrived_;
+  mutable std::mutex mutex_;  // guards the members below
   std::deque<Item> items_;
   std::deque<Request> requests_;
   std::deque<std::function<void(Document&)>> calls_;
-  std::string trouble_, notice_;
+  std::string write_error_, notice_;
 };
 
 }  // namespace kibori

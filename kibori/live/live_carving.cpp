@@ -38,7 +38,7 @@ Result<std::unique_ptr<LiveCarving>> LiveCarving::make(std::unique_ptr<TriDexel>
 LiveCarving::~LiveCarving() {
   stop();
   Command* command = nullptr;
-  while (commands_.pop(command)) delete command;
+  while (commands_.pop(command) || cancels_.pop(command)) delete command;
   while (finished_.pop(command)) delete command;
 }
 
@@ -89,14 +89,31 @@ const LiveTotals& LiveCarving::totals() const {
   return context_.totals_;
 }
 
-bool LiveCarving::post(std::function<void(ServoContext&)> command, bool ends_stroke) {
+bool LiveCarving::put(SmallQueue<Command*>& queue, Command command) {
   const std::lock_guard<std::mutex> lock(posting_);
   Command* done = nullptr;
   while (finished_.pop(done)) delete done;
-  auto own = std::make_unique<Command>(Command{std::move(command), ends_stroke});
-  if (!commands_.push(own.get())) return false;
+  auto own = std::make_unique<Command>(std::move(command));
+  if (!queue.push(own.get())) return false;
   static_cast<void>(own.release());
   return true;
+}
+
+bool LiveCarving::post(std::function<void(ServoContext&)> command, bool ends_stroke) {
+  return put(commands_, {std::move(command), ends_stroke});
+}
+
+bool LiveCarving::cancel_stroke(std::function<void(ServoContext&)> then) {
+  return put(cancels_, {std::move(then), false});
+}
+
+void LiveCarving::run_cancels() {
+  Command* command = nullptr;
+  while (cancels_.pop(command)) {
+    context_.discard_stroke();
+    if (command->run) command->run(context_);
+    finished_.push(command);
+  }
 }
 
 void LiveCarving::run_command() {
@@ -105,12 +122,13 @@ void LiveCarving::run_command() {
   if ((*next)->ends_stroke) {
     if (!context_.settle()) return;
     context_.end_stroke();
-    if (!context_.crumbs_.idle()) return;  // what it severed is looked for first
+    if (!context_.crumbs_.idle()) return;  // the search for severed pieces comes first
   }
   Command* command = nullptr;
   if (!commands_.pop(command)) return;
   command->run(context_);
-  // Twice as many places as for commands, and every post() empties it first: never full.
+  // The queue has the capacity of both command queues, and every call that adds a command empties
+  // it first. Therefore, it is never full.
   finished_.push(command);
 }
 
@@ -127,8 +145,8 @@ LiveTick LiveCarving::tick_at_once(double elapsed_s) {
 
 LiveTick LiveCarving::run_tick(double elapsed_s) {
   // Before any command ends the stroke.
-  if (cancel_.load(std::memory_order_relaxed) && cancel_.exchange(false)) context_.discard_stroke();
-  // What was severed is out before a command comes, or another stroke begins.
+  run_cancels();
+  // Severed pieces are removed before a command runs or another stroke begins.
   context_.take_crumbs();
   run_command();
   LiveTick result = context_.tick(elapsed_s);

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
-// Carving by hand: device, tool, model and safety stage in one tick, and the thread that runs it.
+// Carving by hand. One tick runs device, tool, model and safety stage. This class also owns the
+// thread that runs the ticks.
 //
 //   servo thread:   read ─► workspace ─► spring tool (cut) ─► passivity ─► safety ─► write
 //                                              │
 //   other threads:  post(command) ─► between ticks ─► snapshot ─► latest()
 //
-// The servo thread owns the model and all else that a ServoContext holds. A tick neither allocates,
-// locks, faults nor throws; commands are run between ticks and freed elsewhere.
+// The servo thread owns the model and everything in ServoContext. A tick does not allocate, lock,
+// fault or throw. Commands run between ticks and are freed on another thread.
 #pragma once
 
 #include <atomic>
@@ -26,41 +27,42 @@ namespace kibori {
 
 class LiveCarving {
  public:
-  // `second`: of a second hand, as LiveSettings::second says; null: there is none. Errors: a rate,
-  // tool or stiffness that can't be, or a rendering beyond the device's damping.
+  // `second` is the device of a second hand (LiveSettings::second); null if there is none. Errors:
+  // an invalid rate, tool or stiffness, or a rendering that exceeds the device's damping.
   static Result<std::unique_ptr<LiveCarving>> make(std::unique_ptr<TriDexel> model,
                                                    std::unique_ptr<Device> device,
                                                    const LiveSettings& settings,
                                                    std::unique_ptr<Device> second = nullptr);
   ~LiveCarving();
 
-  // Starts the servo thread, which owns the model until stop(), and arms the safety stage if
-  // LiveSettings::armed. In between others may call only post(), latest(), next_tick() and
-  // cancel_stroke(), and one thread reads log().
+  // start() starts the servo thread, which owns the model until stop(). It arms the safety stage if
+  // LiveSettings::armed. While it runs, other threads may only call post(), latest(), next_tick()
+  // and cancel_stroke(), and one thread reads log().
   void start();
   void stop();
-  // One tick, `elapsed_s` after the last, by the caller instead of a servo thread; it waits until
-  // what a stroke severed is known, so that ticks come to the same however fast they are asked for.
-  // Its own mistake to call it while a thread runs: the program stops.
+  // Runs one tick, `elapsed_s` after the last, on the caller's thread. It waits until the pieces
+  // that a stroke severed are known. Therefore, the result does not depend on the speed of the
+  // calls. A call while the servo thread runs is a programming error and stops the program.
   LiveTick tick(double elapsed_s);
-  // The same as the servo thread does it, which waits for nothing: for a caller's own loop in real
-  // time.
+  // The same in the manner of the servo thread, which waits for nothing. For a caller's own
+  // real-time loop.
   LiveTick tick_at_once(double elapsed_s);
 
-  // Runs `command` between two ticks, on the servo thread; false where 64 are waiting. Any thread.
-  // Dabs that are under way come first, and the stroke that is being made ends.
+  // Runs `command` between two ticks, on the servo thread. Returns false if 64 commands are
+  // waiting. Pending dabs finish first, and the current stroke ends. Any thread.
   bool post(std::function<void(ServoContext&)> command) { return post(std::move(command), true); }
-  // The same, and the stroke goes on: for what the second hand does in it, as it is put down or
-  // lifted.
+  // The same, but the stroke continues. For the second hand when it starts or stops in the middle
+  // of a stroke.
   bool post_within_stroke(std::function<void(ServoContext&)> command) {
     return post(std::move(command), false);
   }
-  // The newest snapshot, if there is one that was not taken yet. Always the same thread.
+  // Returns true and the newest snapshot if it was not taken yet. Always call it from the same
+  // thread.
   bool latest(Snapshot& snapshot) {
     BodyId body = 0;
     return latest(snapshot, body);
   }
-  // And of which body it is.
+  // Also returns the body of the snapshot.
   bool latest(Snapshot& snapshot, BodyId& body) {
     Seen seen;
     if (!snapshots_.take(seen)) return false;
@@ -69,23 +71,25 @@ class LiveCarving {
     return true;
   }
 
-  // Every tick in order, where LiveSettings::watched; those of whoever falls behind by two seconds
-  // are left out. Always the same thread.
+  // Returns every tick in order, if LiveSettings::watched. A reader that is more than two seconds
+  // late loses ticks. Always call it from the same thread.
   bool next_tick(LiveTick& tick) { return context_.watched_ && context_.watched_->pop(tick); }
 
-  // What the servo thread owns, while it does not run: before start() and after stop(). While it
-  // runs, commands get it, and asking here stops the program.
+  // The data of the servo thread, before start() and after stop(). A call while the thread runs
+  // stops the program; commands get the context instead.
   ServoContext& context();
 
-  // Discards the stroke that is being made, at the next tick, if strokes are logged. Any thread.
-  void cancel_stroke() { cancel_.store(true, std::memory_order_relaxed); }
+  // Discards the current stroke at the next tick, if strokes are logged. `then` runs in the same
+  // tick, before the hand moves on and before waiting commands. Returns false if 64 calls are
+  // waiting. Any thread.
+  bool cancel_stroke(std::function<void(ServoContext&)> then = {});
 
-  // Strokes as they are made: one begins when the tool first cuts or fills, and ends when it has
-  // not for LiveSettings::idle_s, jumps, or a command comes. One thread reads it: the
-  // DocumentWriter's.
+  // The log of strokes. A stroke begins when the tool first cuts or fills. It ends when the tool
+  // has not done so for LiveSettings::idle_s, when it jumps, or when a command arrives. Only one
+  // thread reads it: the DocumentWriter's.
   StrokeLog& log() { return context_.log_; }
 
-  // Of the run that is over: they may be asked for when context() may.
+  // Results of the last run. They are available when context() is.
   const ServoStatistics& statistics() const;
   const std::string& scheduling() const;
   const LiveTotals& totals() const;
@@ -99,20 +103,21 @@ class LiveCarving {
               const LiveSettings& settings, std::unique_ptr<Device> second)
       : context_(std::move(model), std::move(device), settings, std::move(second)) {}
   bool post(std::function<void(ServoContext&)> command, bool ends_stroke);
+  bool put(SmallQueue<Command*>& queue, Command command);
   void check_stopped() const;
   LiveTick run_tick(double elapsed_s);
+  void run_cancels();
   void run_command();
 
-  ServoContext context_;  // of the servo thread while it runs
+  ServoContext context_;  // the servo thread's while it runs
   uint64_t ticks_ = 0, published_ = 0;
-  std::atomic<bool> cancel_{false};
   struct Seen {
     Snapshot model;
     BodyId body = 1;
   };
   LatestValue<Seen> snapshots_;
-  std::mutex posting_;  // between those who post
-  SmallQueue<Command*> commands_;
+  std::mutex posting_;  // for callers of post() and cancel_stroke()
+  SmallQueue<Command*> commands_, cancels_;
   SmallQueue<Command*, 128> finished_;
 
   std::thread thread_;

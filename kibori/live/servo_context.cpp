@@ -10,16 +10,27 @@
 namespace kibori {
 namespace {
 
-// Readings of a device that has fallen behind, at most, beside the tick's own: so a path that lies
-// back is followed nine times as fast as it was made, and a tick stays short.
+// Maximum number of additional readings per tick, for a device that has fallen behind. Its path is
+// then followed nine times as fast as it was made. So a tick stays short.
 constexpr int kMaxReadings = 8;
-// Of dabs: how soon a new one's force is felt, and a new velocity.
+// Dabs: time constants of the force of a new dab, and of the velocity.
 constexpr double kForceFadeS = 0.03, kVelocityFadeS = 0.02;
+
+// A brush's stroke that moved less than this has changed nothing that can be seen [cells^3].
+constexpr double kNoChange = 1e-3;
+
+// True if a brush of this mode changes nothing on some surfaces.
+bool needs_roughness(Mode mode) {
+  return mode == Mode::fill || mode == Mode::rasp || mode == Mode::smooth ||
+         mode == Mode::flatten || mode == Mode::trim;
+}
+
+double cubed(double x) { return x * x * x; }
 
 // The record of what a dab worker has done.
 std::variant<MoveTick, PutTick, EndTick> recorded(const DabWorker::Done& done) {
-  if (done.ends) return EndTick{done.felt.pose.tip};
-  MoveTick tick{done.felt.pose.tip, done.felt.motion.turn, true};
+  if (done.ends) return EndTick{done.result.pose.tip};
+  MoveTick tick{done.result.pose.tip, done.result.motion.turn, true};
   tick.computes = true;
   return tick;
 }
@@ -30,7 +41,8 @@ ServoContext::ServoContext(std::unique_ptr<TriDexel> model, std::unique_ptr<Devi
                            const LiveSettings& settings, std::unique_ptr<Device> second)
     : model_(std::move(model)),
       settings_(settings),
-      first_(*model_, std::move(device), settings_, settings.rate_hz) {
+      first_(*model_, std::move(device), settings_, settings.rate_hz),
+      dabs_(settings.after_dab) {
   if (second)
     second_ =
         std::make_unique<ServoHand>(*model_, std::move(second), settings_.second, settings.rate_hz);
@@ -116,13 +128,13 @@ void ServoContext::go_to(const Snapshot& state, const LatticeBox& bounds, Worked
   model_->include_material(bounds);
   model_->restore(state);
   model_changed();
-  stand(body);
+  set_body(body);
   fenced_ = false;
   log_.moved();
 }
 
-void ServoContext::stand(WorkedBody& body) {
-  // The tools stay where they are in the world, and come to it anew.
+void ServoContext::set_body(WorkedBody& body) {
+  // The tools keep their place in the world and are placed again in the body.
   const bool moved = body.pose.tip != body_.pose.tip || body.pose.frame != body_.pose.frame;
   for_hands([&](ServoHand& hand) {
     if (moved) hand.place_again();
@@ -132,7 +144,7 @@ void ServoContext::stand(WorkedBody& body) {
   turned_ = body_.pose.tip != Vec3::Zero() || body_.pose.frame != Mat3::Identity();
 }
 
-// Of a body that stands as the world does, the same floats.
+// If the body's frame is the world's, the same floats are returned.
 Pose ServoContext::to_world(const Pose& pose) const {
   return turned_ ? body_.pose.to_world(pose) : pose;
 }
@@ -143,7 +155,7 @@ Pose ServoContext::to_body(const Pose& pose) const {
 
 Mode ServoContext::mode_now(const ServoHand& hand) const {
   const Mode mode = hand.works() ? hand.settings().mode : Mode::off;
-  // Dabs are made beside the model, which no one else changes until they are in it.
+  // Dabs are computed in parallel. Nobody else may change the model until they are in it.
   const bool waits = body_.locked || fenced_ || !crumbs_.idle() || (is_second(hand) && dabbing_);
   if (!waits && !(reshapes(mode) && (body_.no_go || is_second(hand)))) return mode;
   return mode == Mode::cut || mode == Mode::touch ? Mode::touch : Mode::off;
@@ -155,7 +167,7 @@ void ServoContext::set_symmetry(const Symmetry& symmetry) {
 }
 
 const std::shared_ptr<const std::vector<Material>>& ServoContext::shared_materials() {
-  // Only a command changes them, and then memory is asked for.
+  // Only a command changes the materials. Only then, memory is allocated.
   if (*logged_materials_ != settings_.materials)
     logged_materials_ = std::make_shared<const std::vector<Material>>(settings_.materials);
   return logged_materials_;
@@ -185,16 +197,16 @@ void ServoContext::begin_log(const Pose& start, const Pose* second) {
   if (second) log_.tick({PutTick{*second}, true}, {}, {});
 }
 
-// Where a tool was before the tick, and what it did. Strokes begin with an edit.
+// Logs where a tool was before the tick, and what it did. Strokes begin with an edit.
 void ServoContext::log_tick(const ServoHand& hand, const ServoHand::Advance& done) {
-  // A stroke of dabs is logged by take_dabs, and ends with its mode.
+  // take_dabs logs a stroke of dabs. It ends with its mode.
   if (dabbing_) return;
   const bool second = is_second(hand), edited = done.tick.removed_mm3 != 0;
   if (!in_stroke_) {
     if (!done.recorded.edits || !edited) return;
     in_stroke_ = true;
     stroke_removed_mm3_ = 0;
-    // The other hand takes part from here on, and knows as little as one that carves it again.
+    // The other hand joins here. Its state is cleared, as at the start of a replay.
     const bool both = second_ && second_->settings().mode != Mode::off;
     const Pose other = second ? first_.pose() : both ? second_->pose() : Pose{};
     begin_log(second ? other : done.before, second ? &done.before : both ? &other : nullptr);
@@ -206,17 +218,17 @@ void ServoContext::log_tick(const ServoHand& hand, const ServoHand::Advance& don
   idle_ticks_ = edited ? 0 : idle_ticks_ + !second;
   stroke_removed_mm3_ += done.tick.removed_mm3;
   if (settings_.log && (!second || second_logged_)) {
-    log_waiting();  // where the device is read twice, what it was given stays on
-    waiting_tick_ = {{done.recorded, second}, done.tick.computed};
+    log_waiting();  // if the device is read twice, the last given force stays
+    pending_tick_ = {{done.recorded, second}, done.tick.computed};
   }
   if (idle_ticks_ > settings_.idle_s * settings_.rate_hz) end_stroke();
 }
 
 void ServoContext::log_waiting() {
-  if (!waiting_tick_) return;
-  const ServoHand& hand = waiting_tick_->tick.second ? *second_ : first_;
-  log_.tick(waiting_tick_->tick, waiting_tick_->felt, given_in_body(hand));
-  waiting_tick_.reset();
+  if (!pending_tick_) return;
+  const ServoHand& hand = pending_tick_->tick.second ? *second_ : first_;
+  log_.tick(pending_tick_->tick, pending_tick_->computed, given_in_body(hand));
+  pending_tick_.reset();
 }
 
 Wrench ServoContext::given_in_body(const ServoHand& hand) const {
@@ -230,17 +242,19 @@ Wrench ServoContext::given_in_body(const ServoHand& hand) const {
 
 void ServoContext::reshape(Mode mode, const Pose& before, LiveTick& result) {
   take_dabs(result);
+  if (breaks_off_ && settle()) end_stroke();
   if (!reshapes(mode)) {
-    // A hand that lets go of the tool for a while takes hold anew.
+    // If the hand releases the tool for a while, a new stroke begins.
     if (dabbing_ && settle()) end_stroke();
-    work_per_mm_ = felt_per_mm_ = stiffness_n_mm_ = 0;
+    work_per_mm_ = force_per_mm_ = stiffness_n_mm_ = 0;
     velocity_mm_s_ = Vec3::Zero();
     pull_.begin();
     return;
   }
-  if (!settling_) {
-    if (!dabbing_) end_stroke();  // that the other hand made
-    if (!dabbing_ && crumbs_.idle())
+  if (!settling_ && !hand_waits_) {
+    const bool was = dabbing_;
+    if (!was) end_stroke();  // a stroke of the other hand
+    if (!was && crumbs_.idle())
       dabbing_ = dabs_.begin({{mode, settings_.brush, settings_.tool, first_.law(settings_.model),
                                settings_.rate_hz, settings_.symmetry},
                               shared_materials(),
@@ -248,49 +262,60 @@ void ServoContext::reshape(Mode mode, const Pose& before, LiveTick& result) {
                               model_->snapshot(),
                               model_->material_bounds(),
                               0});
-    if (dabbing_) dab_to(result.tool);
+    if (!was && dabbing_) moved_mm3_ = 0;
+    if (dabbing_ && !dab_to(result.tool)) {
+      result.gave_up = true;
+      break_off();
+    }
   }
   const double tick_s = settings_.spring.tick_s;
-  const Vec3 way = result.tool.tip - before.tip;
-  velocity_mm_s_ += std::min(1.0, tick_s / kVelocityFadeS) * (way / tick_s - velocity_mm_s_);
-  // What the device can bear bounds the slope of a held force over the speed, and a warp's spring.
+  const Vec3 displacement = result.tool.tip - before.tip;
+  velocity_mm_s_ +=
+      std::min(1.0, tick_s / kVelocityFadeS) * (displacement / tick_s - velocity_mm_s_);
+  // The device's damping limits the slope of a held force over the speed, and a warp's spring.
   const DeviceCapabilities& can = device().capabilities();
   const double scale = settings_.workspace.scale() * settings_.force_scale;
-  const bool felt = can.dof_out > 0 && can.damping_ns_mm > 0 && scale > 0;
-  const double damping = felt ? can.damping_ns_mm / scale : 0;
+  const bool has_force = can.dof_out > 0 && can.damping_ns_mm > 0 && scale > 0;
+  const double damping = has_force ? can.damping_ns_mm / scale : 0;
   const bool paper = settings_.model == ForceModel::paper;
   const double strength = settings_.model == ForceModel::series ? settings_.spring.strength_n : 0;
-  // What bounds the force bounds it before it fades in: else the first tick gives all that can be
-  // given, of a dab that asks for much more.
+  // The limits apply before the force fades in. Otherwise the first tick would give the maximum,
+  // for a dab that requests much more.
   double per_mm = work_per_mm_;
   const double speed = std::max(kFullForceSpeed, std::sqrt(velocity_mm_s_.squaredNorm()));
-  if (felt)
+  if (has_force)
     per_mm = std::min(
         per_mm, can.force_n / settings_.force_scale * (paper ? settings_.rate_hz / speed : 1));
-  if (felt && !paper) per_mm = std::min(per_mm, damping * speed);
+  if (has_force && !paper) per_mm = std::min(per_mm, damping * speed);
   if (strength > 0) per_mm = std::min(per_mm, strength);
-  felt_per_mm_ += std::min(1.0, tick_s / kForceFadeS) * (per_mm - felt_per_mm_);
+  force_per_mm_ += std::min(1.0, tick_s / kForceFadeS) * (per_mm - force_per_mm_);
   Vec3 force;
   if (warps(mode) && !paper) {
     double stiffness = stiffness_n_mm_;
-    if (felt) stiffness = std::min(stiffness, damping / (MaxwellForce::kRelaxS + 0.5 * tick_s));
-    force = pull_.pull(stiffness, way, tick_s);
+    if (has_force)
+      stiffness = std::min(stiffness, damping / (MaxwellForce::kRelaxS + 0.5 * tick_s));
+    force = pull_.pull(stiffness, displacement, tick_s);
   } else {
-    const double full = felt ? std::max(kFullForceSpeed, felt_per_mm_ / damping) : kFullForceSpeed;
-    force = held_force(first_.law(settings_.model), felt_per_mm_, velocity_mm_s_, settings_.rate_hz,
-                       full);
+    const double full =
+        has_force ? std::max(kFullForceSpeed, force_per_mm_ / damping) : kFullForceSpeed;
+    force = held_force(first_.law(settings_.model), force_per_mm_, velocity_mm_s_,
+                       settings_.rate_hz, full);
   }
   const double size = std::sqrt(force.squaredNorm());
   if (strength > 0 && size > strength) force *= strength / size;
   result.computed.force = force;
-  result.touching = felt_per_mm_ > 0 || stiffness_n_mm_ > 0;
+  result.touching = force_per_mm_ > 0 || stiffness_n_mm_ > 0;
 }
 
-void ServoContext::dab_to(const Pose& pose, bool ends) {
-  dab_pose_ = pose;
-  dab_ends_ = ends;
-  dab_waits_ = !dabs_.move(pose, ends);
+bool ServoContext::dab_to(const Pose& pose) {
   settled_ = false;
+  return dabs_.move(pose);
+}
+
+bool ServoContext::waits(ServoHand& hand) {
+  const Mode mode = settings_.mode;
+  return !is_second(hand) && reshapes(mode) && !warps(mode) && hand.device().can_wait() &&
+         dabs_.crowded();
 }
 
 void ServoContext::take_dabs(LiveTick& result) {
@@ -298,22 +323,25 @@ void ServoContext::take_dabs(LiveTick& result) {
   DabWorker::Done done;
   Snapshot state;
   bool changed = false;
-  while (dabs_.take(done)) {
-    result.owed_mm3 += done.owed_mm3;
+  // No more than that, because the worker can be as fast as this loop.
+  for (size_t taken = 0; taken < DabWorker::kMaxDone && dabs_.take(done); taken++) {
+    result.pending_mm3 += done.pending_mm3;
     result.gave_up |= done.failed;
     if (done.failed) continue;
-    result.clipped |= done.felt.clipped;
+    result.clipped |= done.result.clipped;
     if (!std::exchange(in_stroke_, true)) {
       stroke_removed_mm3_ = 0;
       begin_log(done.before, nullptr);
     }
-    stroke_removed_mm3_ += done.felt.removed_mm3;
-    result.removed_mm3 += done.felt.removed_mm3;
-    result.points += done.felt.points;
+    stroke_removed_mm3_ += done.result.removed_mm3;
+    moved_mm3_ += std::fabs(done.result.removed_mm3);
+    result.removed_mm3 += done.result.removed_mm3;
+    result.points += done.result.points;
     result.cutting |= done.changed;
     work_per_mm_ = done.work_per_mm;
     stiffness_n_mm_ = done.stiffness_n_mm;
-    if (settings_.log) log_.tick({recorded(done), false}, done.felt.wrench, given_in_body(first_));
+    if (settings_.log)
+      log_.tick({recorded(done), false}, done.result.wrench, given_in_body(first_));
     if (!done.changed) continue;
     changed = true;
     state = std::move(done.state);
@@ -327,12 +355,12 @@ void ServoContext::take_dabs(LiveTick& result) {
 }
 
 bool ServoContext::settle() {
-  // A stroke ends where the hand did, however far behind its dabs are; a press gives back there.
-  if (!std::exchange(settling_, true) && dabbing_ && ends_apart(settings_.mode))
-    dab_to(dab_pose_, true);
-  else if (dabbing_ && dab_waits_)
-    dab_to(dab_pose_, dab_ends_);
-  return (!dabbing_ || settled_) && crumbs_.idle();
+  // A stroke ends where the hand ended it, however far behind its dabs are. A press returns its
+  // material there.
+  if (!std::exchange(settling_, true)) dab_ends_ = dabbing_ && ends_apart(settings_.mode);
+  if (dabbing_) dabs_.flush();
+  if (dab_ends_ && dabs_.end()) dab_ends_ = settled_ = false;
+  return (!dabbing_ || (settled_ && !dab_ends_)) && crumbs_.idle();
 }
 
 void ServoContext::settle_all() {
@@ -344,7 +372,7 @@ void ServoContext::settle_all() {
   }
   rest.fallen_mm3 = std::exchange(fallen_mm3_, 0);
   rest.parted = std::exchange(parted_, 0);
-  if (rest.removed_mm3 != 0 || rest.owed_mm3 > 0 || rest.gave_up || rest.fallen_mm3 > 0 ||
+  if (rest.removed_mm3 != 0 || rest.pending_mm3 > 0 || rest.gave_up || rest.fallen_mm3 > 0 ||
       rest.parted > 0) {
     rest.tool = rest.hand = to_world(first_.pose());
     count(rest);
@@ -359,10 +387,22 @@ void ServoContext::finish_stroke() {
   settling_ = false;
 }
 
+void ServoContext::break_off() {
+  if (dabbing_ && !settle())
+    breaks_off_ = true;
+  else
+    end_stroke();
+}
+
 void ServoContext::end_stroke() {
   log_waiting();
-  if (std::exchange(dabbing_, false)) dabs_.drop();
-  settling_ = dab_waits_ = dab_ends_ = false;
+  if (std::exchange(dabbing_, false)) {
+    dabs_.drop();
+    if (needs_roughness(settings_.mode) &&
+        moved_mm3_ <= kNoChange * cubed(model_->lattice().pitch_mm))
+      idle_brush_ = settings_.mode;
+  }
+  settling_ = dab_ends_ = breaks_off_ = false;
   if (!std::exchange(in_stroke_, false)) return;
   if (!settings_.log) return;
   if (stroke_crumbs_ == Crumbs::stay)
@@ -390,8 +430,9 @@ void ServoContext::take_crumbs() {
 }
 
 void ServoContext::discard_stroke() {
-  waiting_tick_.reset();
+  pending_tick_.reset();
   if (std::exchange(dabbing_, false)) dabs_.drop();
+  settling_ = dab_ends_ = breaks_off_ = false;
   if (!in_stroke_ || !settings_.log) return;
   in_stroke_ = false;
   model_->restore(before_stroke_);
@@ -407,19 +448,23 @@ void ServoContext::keep_before_stroke() {
 
 ServoHand::Advance ServoContext::advance(ServoHand& hand, Mode& mode) {
   keep_before_stroke();
-  if (const auto place = hand.read(turned_ ? &body_.pose : nullptr, totals_.jumps)) {
-    // A hand that does nothing does not end what the other does.
-    if (!is_second(hand) && (settings_.mode != Mode::off || !second_logged_)) end_stroke();
+  const bool still = waits(hand);
+  if (!is_second(hand)) hand_waits_ = still;
+  if (still) {
+    // The tool stays. The path is read when the worker has room for it.
+  } else if (const auto place = hand.read(turned_ ? &body_.pose : nullptr, totals_.jumps)) {
+    // A hand that does nothing does not end the other hand's stroke.
+    if (!is_second(hand) && (settings_.mode != Mode::off || !second_logged_)) break_off();
     put(hand, *place);
   }
   mode = mode_now(hand);
-  // Each stroke begins knowing nothing, so that it can be carved again alone.
+  // Each stroke begins without earlier state, so that it can be replayed alone.
   if (!in_stroke_) hand.begin_stroke();
   ServoHand::Advance done = hand.advance(settings_.model, mode, settings_.materials);
   if (done.possible)
     log_tick(hand, done);
   else
-    end_stroke();
+    break_off();
   return done;
 }
 
@@ -429,9 +474,11 @@ LiveTick ServoContext::advance_first() {
   LiveTick result;
   static_cast<HandTick&>(result) = done.tick;
   reshape(mode, done.before, result);
+  if (dabbing_) result.pending = dabs_.pending();
   to_world(result);
   result.fallen_mm3 = std::exchange(fallen_mm3_, 0);
   result.parted = std::exchange(parted_, 0);
+  result.idle_brush = std::exchange(idle_brush_, std::nullopt);
   count(result);
   return result;
 }
@@ -453,8 +500,11 @@ void ServoContext::to_world(HandTick& tick) const {
 }
 
 void ServoContext::count(const HandTick& tick) {
-  (tick.removed_mm3 < 0 ? totals_.deposited_mm3 : totals_.removed_mm3) +=
-      std::abs(tick.removed_mm3);
+  // One tick of a cut may remove a slightly negative volume (dexel/volume.h).
+  const bool adds = tick.mode == Mode::cut       ? false
+                    : tick.mode == Mode::deposit ? true
+                                                 : tick.removed_mm3 < 0;
+  (adds ? totals_.deposited_mm3 : totals_.removed_mm3) += (adds ? -1 : 1) * tick.removed_mm3;
   totals_.cutting_ticks += tick.cutting;
 }
 
@@ -476,7 +526,7 @@ void ServoContext::note(LiveTick& tick) {
 LiveTick ServoContext::tick(double elapsed_s) {
   time_s_ += elapsed_s;
   LiveTick result = advance_first();
-  for (int more = 0; more < kMaxReadings && device().behind(); more++) {
+  for (int more = 0; more < kMaxReadings && !hand_waits_ && device().behind(); more++) {
     note(result);
     result = advance_first();
   }
@@ -492,7 +542,7 @@ LiveTick ServoContext::tick(double elapsed_s) {
     second_->give(second, elapsed_s);
     log_waiting();
     result.second = second;
-    // A stroke is over when both hands are lifted.
+    // A stroke ends when both hands are lifted.
     if (in_stroke_ && !dabbing_ && second_logged_ && settings_.mode == Mode::off &&
         !second_->works())
       end_stroke();

@@ -8,10 +8,12 @@
 namespace kibori {
 namespace {
 
-// Substeps of one tick's motion: a hand takes one or two, and each costs as much as a tick.
+// Maximum number of substeps of one tick's motion. A hand needs one or two; each costs as much as a
+// tick.
 constexpr double kMaxSubsteps = 64;
 
-double felt_stiffness(const SeriesSpring& spring, double force_scale, const Workspace& workspace) {
+double rendered_stiffness(const SeriesSpring& spring, double force_scale,
+                          const Workspace& workspace) {
   return spring.stiffness_n_mm * workspace.scale() * force_scale;
 }
 
@@ -42,20 +44,20 @@ Status ServoHand::check(const ServoHandSettings& settings, ForceModel model, dou
       !(spring.friction >= 0) || !std::isfinite(spring.friction))
     return Error{"the spring's stiffness must be positive, its torsion and friction zero or more"};
   if (model != ForceModel::series) return Ok{};
-  return check_stability({felt_stiffness(spring, settings.force_scale, settings.workspace),
+  return check_stability({rendered_stiffness(spring, settings.force_scale, settings.workspace),
                           settings.passivity_ns_mm, 1 / rate_hz},
                          device);
 }
 
 bool ServoHand::set_spring(const SeriesSpring& spring, double force_scale) {
-  const double felt = felt_stiffness(spring, force_scale, settings_.workspace);
+  const double rendered = rendered_stiffness(spring, force_scale, settings_.workspace);
   if (!(spring.stiffness_n_mm > 0) ||
-      !check_stability({felt, settings_.passivity_ns_mm, tick_s_}, device_->capabilities()))
+      !check_stability({rendered, settings_.passivity_ns_mm, tick_s_}, device_->capabilities()))
     return false;
   settings_.spring = spring;
   settings_.force_scale = force_scale;
   series().set_spring(spring);
-  device_->expect_stiffness(felt);
+  device_->expect_stiffness(rendered);
   return true;
 }
 
@@ -88,11 +90,10 @@ std::optional<Pose> ServoHand::read(const Pose* body, uint64_t& leaps) {
     wanted = settings_.workspace.pose_of(reading_);
     if (body) wanted = body->from_world(wanted);
   }
-  // Where the hand was not seen for a while, or is not seen yet, there is no way that the tool
-  // could have gone.
+  // If the hand was not visible for a while, or is not visible yet, the tool has no path.
   if (status_ == DeviceStatus::stale && reading_.age_s > kDeadS) placed_ = false;
   const double farthest = kDeadS * device_->capabilities().speed_mm_s * settings_.workspace.scale();
-  // The hand's own motion: how far the tool hangs behind it is no jump.
+  // The hand's own motion: the tool's distance behind it is not a jump.
   const ToolMotion moved{wanted_, wanted.tip - wanted_.tip,
                          rotation_between(wanted_.frame, wanted.frame)};
   const bool leapt =
@@ -111,13 +112,13 @@ ServoHand::Advance ServoHand::advance(ForceModel model, Mode mode,
   result.before = pose();
   result.tick.hand = wanted_;
   result.tick.mode = mode;
-  // Until give() says otherwise.
+  // Defaults until give().
   result.tick.given = given_;
   result.tick.safety = safety_.state();
   result.tick.trip = safety_.trip();
-  const ForceLaw felt_by = law(model);
+  const ForceLaw force_law = law(model);
   const Result<ToolTick> moved =
-      tool_.move_to({settings_.tool, mode, settings_.material, felt_by, materials}, wanted_,
+      tool_.move_to({settings_.tool, mode, settings_.material, force_law, materials}, wanted_,
                     std::exchange(strike_nmm_, 0.0));
   if (!moved) {
     tool_.place(wanted_);
@@ -128,13 +129,15 @@ ServoHand::Advance ServoHand::advance(ForceModel model, Mode mode,
   const ToolTick& f = moved.value();
   result.recorded = tool_.recorded();
   HandTick& tick = result.tick;
+  tick.mode = mode;
   tick.tool = f.pose;
   tick.computed = f.wrench;
   tick.clipped = f.clipped;
-  tick.removed_mm3 = mode == Mode::touch ? 0 : f.removed_mm3;  // a touch leaves the material there
+  // a touch does not remove the material
+  tick.removed_mm3 = mode == Mode::touch ? 0 : f.removed_mm3;
   const bool springs = model == ForceModel::series;
   tick.touching = springs ? f.touching : f.points > 0;
-  tick.cutting = springs ? f.cutting : tick.removed_mm3 > 0;
+  tick.cutting = springs ? f.cutting : mode == Mode::cut && tick.removed_mm3 != 0;
   tick.inside = f.inside;
   tick.points = tick.removed_mm3 != 0 ? f.points : 0;
   return result;
@@ -145,17 +148,17 @@ void ServoHand::give(HandTick& tick, double elapsed_s) {
   tick.computed.moment *= settings_.force_scale;
   tick.force_scale = settings_.force_scale;
   tick.computed.force = passivity_.tick(reading_.position_mm, tick.computed.force, tick_s_);
-  // What is computed now is fresh, however late; but a loop that stood still for longer than a
-  // command may be old does not go on as if nothing had been.
-  const double stood_still = elapsed_s > kDeadS ? elapsed_s : 0;
+  // What is computed now is fresh, however late. But if the loop stopped for longer than a command
+  // may be old, the safety stage must know.
+  const double still_s = elapsed_s > kDeadS ? elapsed_s : 0;
   tick.given = safety_.pass(
-      {tick.computed, std::max(reading_.age_s, stood_still), status_, reading_.velocity_mm_s});
+      {tick.computed, std::max(reading_.age_s, still_s), status_, reading_.velocity_mm_s});
   given_ = tick.given;
   const DeviceStatus written = device_->write(tick.given);
   if (written == DeviceStatus::unplugged || written == DeviceStatus::failed)
     safety_.pass({{}, 0, written, Vec3::Zero()});
   passivity_.given(tick.given.force);
-  // To a device without force nothing is given.
+  // A device without force output is given none.
   if (device_->capabilities().dof_out == 0) tick.given = given_ = {};
   tick.safety = safety_.state();
   tick.trip = safety_.trip();

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
-// One hand on the servo thread: a device that holds a tool. Reads where the hand is, moves the tool
-// there through the model, and gives the device what is felt, within what is safe.
+// One hand on the servo thread: a device that holds a tool. It reads the hand's position and moves
+// the tool there through the model. Then it sends the device the force, within safe limits.
 //
 //   device.read ─► workspace ─► HandTool ─► passivity ─► safety ─► device.write
 //
-// A ServoContext has one hand or two, on one model; what both do in a tick is done one after the
-// other.
+// A ServoContext has one or two hands on one model. In a tick, they act one after the other.
 #pragma once
 
 #include <memory>
@@ -24,29 +23,29 @@ namespace kibori {
 struct ServoHandSettings {
   Tool tool = BallTool{};
   Mode mode = Mode::cut;
-  uint8_t material = 0;        // of a deposit
+  uint8_t material = 0;        // for a deposit
   SeriesSpring spring;         // its tick_s is set from the rate
-  double force_scale = 1;      // of what the device gives, to what is computed
-  double passivity_ns_mm = 0;  // the passivity controller's cap; 0: it only watches
+  double force_scale = 1;      // ratio of the device's force to the computed one
+  double passivity_ns_mm = 0;  // the passivity controller's limit; 0: it only observes
   Workspace workspace;
-  // The tool works only while the device says that the hand presses it (Device::pressed).
+  // The tool works only while the device reports that the hand presses it (Device::pressed).
   bool while_pressed = false;
 };
 
-// What one hand's tool came to in one tick, in the world.
+// Result of one hand's tool in one tick, in the world.
 struct HandTick {
   Pose tool;
   Pose hand;              // where the hand wants the tool
-  Mode mode = Mode::off;  // what the tool is to do
-  // What the device is asked for, and what it is given: before and after the safety stage. Of the
-  // force on the tool it is the share `force_scale`.
+  Mode mode = Mode::off;  // what the tool should do
+  // The force for the device before and after the safety stage. It is the share `force_scale` of
+  // the force on the tool.
   Wrench computed, given;
   double force_scale = 1;
   double removed_mm3 = 0;
   bool touching = false, cutting = false, inside = false;
-  bool clipped = false;  // material reached beyond the lattice, and is not there
-  // Lattice nodes that vanished or came in this tick: K of force model `paper`. 0 where the
-  // material is only felt.
+  bool clipped = false;  // material beyond the lattice was lost
+  // Lattice nodes that the tick removed or added: K of force model `paper`. 0 if the tool changes
+  // no material.
   int64_t points = 0;
   SafetyStage::State safety = SafetyStage::State::off;
   Trip trip = Trip::none;  // why it is off
@@ -54,11 +53,11 @@ struct HandTick {
 
 class ServoHand {
  public:
-  // `settings` have passed check(), and outlive the hand.
+  // `settings` must have passed check(), and must outlive the hand.
   ServoHand(TriDexel& model, std::unique_ptr<Device> device, ServoHandSettings& settings,
             double rate_hz);
 
-  // Errors: a tool or spring that can't be, or a rendering beyond the device's damping.
+  // Errors: an invalid tool or spring, or a rendering that exceeds the device's damping.
   static Status check(const ServoHandSettings& settings, ForceModel model, double rate_hz,
                       const DeviceCapabilities& device);
 
@@ -69,42 +68,44 @@ class ServoHand {
   ServoHandSettings& settings() { return settings_; }
   const ServoHandSettings& settings() const { return settings_; }
   SpringTool& series() { return tool_.spring_tool(); }
-  // The tool's, in the body.
+  // The tool's pose, in the body's coordinates.
   const Pose& pose() const { return tool_.pose(); }
   ForceLaw law(ForceModel model) const;
 
-  // The spring that is felt, as it is set; where the device could not bear it, nothing changes.
+  // Sets the spring for the force. Returns false and changes nothing if the device cannot render
+  // it.
   bool set_spring(const SeriesSpring& spring, double force_scale);
   void set_symmetry(const Symmetry& symmetry);
   void set_no_go(const NoGo* no_go);
   void set_grain(const Grain* grain);
-  // The next reading of the device puts the tool there at once; nothing is cut on the way.
+  // The next reading of the device places the tool there at once. Nothing is cut on the path.
   void place_again() { placed_ = false; }
-  // The tool is there, in the body; it is not known whether it stands in material.
+  // Places the tool, in the body's coordinates. It is unknown if the tool is in material there.
   void place(const Pose& pose);
   void strike(double nmm) { strike_nmm_ = nmm; }
 
-  // Whether it works with its tool: it does not while its clutch is held, or it is lifted.
+  // True if the hand works with its tool. False while its clutch is held, or while it is lifted.
   bool works() const;
 
-  // Reads the device: where the hand wants the tool now, in a body that stands as `body` does
-  // (null: as the world). Where the hand was not seen before, or leapt farther than a hand can go,
-  // gives where the tool is to be placed; `leaps` counts the latter.
+  // Reads the device: the pose that the hand wants, in a body with pose `body` (null: the world's).
+  // If this is the first reading, or the hand moved farther than a hand can, returns the tool's new
+  // pose. `leaps` counts the latter.
   std::optional<Pose> read(const Pose* body, uint64_t& leaps);
-  // As another stroke, from which it can be carved again alone.
+  // Resets the state as for a new stroke, so that the stroke can be replayed alone.
   void begin_stroke();
-  // Where the tool was before, and what it did on its way to where the hand is, in the body.
+  // The tool's pose before, and the result of its motion to the hand's pose, in the body's
+  // coordinates.
   struct Advance {
     HandTick tick;
     Pose before;
     MoveTick recorded;
-    bool possible = true;  // else its way was none, and the tool was put where the hand is
+    bool possible = true;  // false: the motion was invalid, and the tool was placed at the hand
   };
   Advance advance(ForceModel model, Mode mode, const std::vector<Material>& materials);
-  // Gives the device what `tick` has computed, in the world; what was given and whether it is safe
-  // are put there.
+  // Sends the device the force computed in `tick`, in the world. Stores in `tick` what was sent,
+  // and if it is safe.
   void give(HandTick& tick, double elapsed_s);
-  // What it gave last.
+  // The last force that was sent.
   const Wrench& given() const { return given_; }
 
  private:

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// From the servo thread to the document writer: strokes as they are made, without a lock. If the
-// reader falls behind by eight seconds, the log is lost from there on, and says so.
+// Transfers strokes from the servo thread to the document writer during carving, without a lock. If
+// the reader is more than eight seconds late, the log is lost from there on, and lost() returns
+// true.
 #pragma once
 
 #include <atomic>
@@ -31,26 +32,26 @@ class StrokeLog {
     std::optional<StrokeHand> second = std::nullopt;
   };
   struct End {
-    Snapshot state;     // without what it severed
-    Snapshot before;    // the stroke; let go of by the reader, as that takes time
+    Snapshot state;     // without the severed pieces
+    Snapshot before;    // before the stroke; the reader frees it, because that takes time
     LatticeBox bounds;  // of the material
     double removed_mm3 = 0;
     CrumbResult crumbs;
   };
-  // cancel: the stroke is as if it had not been. fence: all before it was done before it was asked
-  // for. moved: the model is now that of another step.
+  // cancel: the stroke is discarded. fence: everything before it was done before the request.
+  // moved: the model now belongs to another step.
   enum class Kind : uint8_t { begin, tick, end, cancel, fence, moved };
   struct Event {
     Kind kind = Kind::tick;
-    StrokeTick tick = {};
-    Wrench felt = {}, given = {};  // by the stroke's force model; by the device
+    RecordedTick tick = {};
+    Wrench computed = {}, given = {};  // by the stroke's force model; by the device
   };
 
-  // The reader.
+  // For the reader.
   bool pop(Event& event) { return events_.pop(event); }
   bool pop(Begin& begin) { return begins_.pop(begin); }
   bool pop(End& end) { return ends_.pop(end); }
-  // Any.
+  // For any thread.
   bool lost() const { return lost_.load(std::memory_order_relaxed); }
 
  private:
@@ -60,8 +61,8 @@ class StrokeLog {
     if (!begins_.push(std::move(begin))) return lose();
     put({Kind::begin});
   }
-  void tick(const StrokeTick& tick, const Wrench& felt, const Wrench& given) {
-    put({Kind::tick, tick, felt, given});
+  void tick(const RecordedTick& tick, const Wrench& computed, const Wrench& given) {
+    put({Kind::tick, tick, computed, given});
   }
   void end(End end) {
     if (lost()) return;

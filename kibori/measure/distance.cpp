@@ -19,8 +19,8 @@ Vec3 at(const Surface& surface, uint32_t v) {
   return {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
 }
 
-// Points spread evenly over the area: triangles in order, a low-discrepancy pair for the place in
-// each.
+// Points spread evenly over the area. The triangles are used in order. A low-discrepancy sequence
+// gives the position in each.
 std::vector<Vec3> spread(const Surface& surface, int64_t samples) {
   double area = 0;
   const auto area_of = [&](const SurfaceTriangle& t) {
@@ -112,7 +112,7 @@ double DistanceTree::distance(const Vec3& p) const {
                                               at(found.surface, t[1]), at(found.surface, t[2]));
         if (!(d < found.min)) return false;
         found.min = d;
-        // A little more than it is, as the point was rounded for the tree.
+        // A little more than d, because the point was rounded for the tree.
         arguments->query->radius =
             static_cast<float>(d) * 1.0001f + 1e-6f * std::abs(arguments->query->x) +
             1e-6f * std::abs(arguments->query->y) + 1e-6f * std::abs(arguments->query->z);
@@ -127,7 +127,8 @@ Result<Distance> distance_from_to(const Surface& from, const Surface& to, int64_
   if (from.triangles.empty() || to.triangles.empty())
     return Error{"there is no surface to measure from or to"};
   const DistanceTree tree(to);
-  if (!tree.good()) return Error{"there is not enough memory to measure so many triangles"};
+  if (!tree.good())
+    return Error{"not enough memory to measure a mesh of this size; simplify it first"};
   std::vector<Vec3> points = spread(from, samples);
   const size_t spread_count = points.size();
   std::vector<bool> used(from.vertices.size());

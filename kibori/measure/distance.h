@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// How far two surfaces are apart.
+// Distances between two surfaces.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace kibori {
 
-// The triangles of a surface, to be asked for distances; the surface must outlive it.
+// A search tree over the triangles of a surface. The surface must outlive it.
 class DistanceTree {
  public:
   explicit DistanceTree(const Surface& surface);
@@ -20,7 +20,7 @@ class DistanceTree {
 
   // False if there was not enough memory.
   bool good() const;
-  // From a point to the nearest triangle [mm]. Any thread.
+  // Distance from a point to the nearest triangle [mm]. Any thread.
   double distance(const Vec3& point) const;
 
  private:
@@ -32,9 +32,9 @@ struct Distance {  // [mm]
   double max = 0, rms = 0, mean = 0;
   Vec3 at = Vec3::Zero();  // where it is largest
 };
-// From `from` to `to`: over all vertices of `from` and about `samples` points spread evenly over
-// its area (the maximum is over both, the means over the points alone). The same for any number of
-// threads. Errors: a surface without triangles, not enough memory.
+// Distance from `from` to `to`. The maximum is over all used vertices of `from` and about `samples`
+// points spread evenly over its area. The means are over these points only. The result does not
+// depend on `threads`. Errors: a surface without triangles; not enough memory.
 Result<Distance> distance_from_to(const Surface& from, const Surface& to, int64_t samples,
                                   int threads = 1);
 

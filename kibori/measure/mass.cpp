@@ -26,11 +26,16 @@ MassProperties mass_of(const Snapshot& model, const std::vector<double>& density
       for (int i = 0; i < lattice.nodes[u]; i++)
         field.for_spans(i, j, [&](const Span& span) {
           Part& part = parts[std::min<size_t>(span.material, parts.size() - 1)];
-          const double length = static_cast<double>(span.out) - span.in;
-          part.volume += length / 3;
-          part.moment[u] += length / 3 * (i + 0.5);
-          part.moment[v] += length / 3 * (j + 0.5);
-          part.moment[d] += length / 3 * 0.5 * (static_cast<double>(span.out) + span.in);
+          const RayVolume piece = field.ray_volume(i, j, span, model.field(Axis::z));
+          const auto add = [&](double volume, double depth) {
+            part.volume += volume;
+            part.moment[u] += volume * (i + 0.5);
+            part.moment[v] += volume * (j + 0.5);
+            part.moment[d] += volume * depth;
+          };
+          if (axis == Axis::z) add(piece.nodes(), 0.5 * (double{piece.first} + piece.last));
+          add(piece.correction_lo, 0.5 * (double{piece.first} + span.in));
+          add(piece.correction_hi, 0.5 * (double{piece.last} + span.out));
         });
   }
   MassProperties all;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a model weighs, and where its centre of gravity is.
+// Mass and centre of gravity of a model.
 #pragma once
 
 #include <vector>
@@ -9,15 +9,15 @@
 namespace kibori {
 
 struct MassProperties {
-  std::vector<double> volume_mm3;  // of each material; the mean of the three fields
-  double mass_g = 0;               // 0 where a density is not known
-  // Of gravity, in the model's own coordinates [mm]; where a density is not known, of volume. Zero
-  // of what is empty.
+  std::vector<double> volume_mm3;  // of each material (dexel/volume.h)
+  double mass_g = 0;               // 0 if a density is unknown
+  // Centre of gravity, in the model's own coordinates [mm]. If a density is unknown: the centre of
+  // volume. Zero for an empty model.
   Vec3 centre_mm = Vec3::Zero();
 };
 
-// `density_kg_m3`: of each material, 0 where it is not known; there must be one for each that the
-// model holds, as the last stands for all beyond it.
+// `density_kg_m3`: of each material, 0 if unknown; not empty. The last value counts for all
+// materials beyond the list.
 MassProperties mass_of(const Snapshot& model, const std::vector<double>& density_kg_m3);
 
 }  // namespace kibori

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <kibori/motion/direct_tool.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -10,34 +11,10 @@ namespace kibori {
 namespace {
 
 constexpr double kMaxTurn = 63;  // [rad] in one tick
-// Rays of a row that a face reaches within so many ticks are felt as one blow, where the motion
-// along them counts by this share or more and a tick is shorter than a cell.
-constexpr double kBlowTicks = 2, kBlowShare = 0.01;
 
-// Whether a flat face of the tool reaches the rays of a row, which lie along it, almost at once: in
-// one tick all of them, and in the next none. `travel` in cells.
-bool takes_rows(const Tool& tool, const Pose& pose, const Vec3& travel, double pitch_mm) {
-  const FlatFaces faces = flat_faces(tool);
-  const double length2 = travel.squaredNorm();
-  if (faces.axes == 0 || !(length2 > 0 && length2 < 1)) return false;
-  for (int face = 0; face < faces.axes; face++) {
-    const Vec3 normal = pose.frame.col(2 - face);
-    const double along = std::abs(normal.dot(travel));
-    if (along * along < 1e-12 * length2) continue;  // it slides along itself
-    for (int i = 0; i < 3; i++)
-      if (travel[i] * travel[i] > kBlowShare * length2 &&
-          (normal[i] == 0 || std::abs(normal[i]) * faces.size_mm < kBlowTicks * along * pitch_mm))
-        return true;
-  }
-  return false;
-}
-
-// What a tool stands in is no way of its surface: where that is summed, nothing that resists is
-// taken away again.
-EditOptions standing_still(EditOptions options) {
-  if (std::exchange(options.motion.passing, false) && !options.motion.turning)
-    options.motion.grain = nullptr;
-  return options;
+bool needs_chip(const ForceLaw& law, const std::vector<Material>& materials) {
+  if (law.model == ForceModel::paper) return false;
+  return law.thrust > 0 || std::any_of(materials.begin(), materials.end(), has_chip_law);
 }
 
 }  // namespace
@@ -47,7 +24,7 @@ void DirectTool::touch(const Tool& tool, const ToolMotion& motion, int substeps,
   const Lattice& lattice = model_.lattice();
   const SweptTool start(tool, motion.start, Vec3::Zero(), lattice);
   if (substeps > 1) {
-    // A cut that is taken back: what one substep reaches, the next must not count again.
+    // Cut, then restore the model: a substep must not count what an earlier one reached.
     const Snapshot before = model_.snapshot();
     Removed inside;
     cut(model_, start, options, inside);
@@ -56,28 +33,59 @@ void DirectTool::touch(const Tool& tool, const ToolMotion& motion, int substeps,
     return;
   }
   const SweptTool sweep(tool, motion.substep(0, 1), motion.travel_mm, lattice);
-  if (!is_convex(tool)) {
-    // The start pose is part of the sweep: its share is taken away again.
-    Removed before;
-    contact(model_, start, standing_still(options), before);
-    contact(model_, sweep, options, removed_);
-    removed_.add(before, -1);
-    return;
-  }
-  contact(model_, Difference(sweep, start), options, removed_);
+  // The sweep includes the start pose, so its share is subtracted.
+  Removed before;
+  contact(model_, start, options, before);
+  contact(model_, sweep, options, removed_);
+  removed_.add(before, -1);
 }
 
-void DirectTool::stand(const Tool& tool, const ToolMotion& motion, const Pose& end, bool deposits,
-                       uint8_t material) {
+void DirectTool::measure_start(const Tool& tool, const ToolMotion& motion, const Pose& end,
+                               bool deposits, uint8_t material) {
   const Lattice& lattice = model_.lattice();
-  const EditOptions options =
-      standing_still({sums_of(motion, end, lattice, edit_.grain(), edit_.passing()), threads_});
+  const EditOptions options{sums_of(motion, end, lattice, edit_.grain(), edit_.chip()), threads_};
   const SweptTool there(tool, motion.start, Vec3::Zero(), lattice);
   standing_.reset();
   if (deposits)
     deposit_contact(model_, there.solid(), material, options, standing_);
   else
     contact(model_, there.solid(), options, standing_);
+}
+
+Wrench DirectTool::wrench(const Tool& tool, const ForceLaw& law, const TickMotion& tick,
+                          const std::vector<Material>& materials) {
+  const Lattice& lattice = model_.lattice();
+  const double h = lattice.pitch_mm;
+  Wrench sum;
+  const auto add = [&](const Wrench& one) {
+    sum.force += one.force;
+    sum.moment += one.moment;
+  };
+  if (law.model == ForceModel::paper) {
+    removed_.for_parts([&](int i, const RemovedPart& part) {
+      add(paper_wrench(law.dof, part, material_of(materials, i), tick, h, lattice.origin_mm));
+    });
+    return sum;
+  }
+  const double cells = path_cells(tool, tick, h);
+  if (!(cells > 0)) return sum;
+  if (tick.travel.dot(last_travel_mm_) < 0) mean_.drop();  // the motion reverses
+  last_travel_mm_ = tick.travel;
+  if (edit_.chip()) mean_.put_cells(removed_.cells(), cells);
+  removed_.for_parts(
+      [&](int i, const RemovedPart& part) { mean_.put(i, resistance_of(part, tick, h), cells); });
+  mean_.pay(cells);
+  ChipMoments whole;
+  mean_.for_paid([&](int, const PathMean::Resistance& paid) { whole.add(paid.chip, 1); });
+  if (edit_.chip()) chip_ = chip_of(whole, cells, h, mean_.gaps());
+  const Grain* const grain = edit_.grain();
+  mean_.for_paid([&](int i, const PathMean::Resistance& paid) {
+    const double u =
+        cutting_energy(material_of(materials, i), chip_, grain ? &grain->fibre() : nullptr);
+    add(energy_wrench(law, paid, u, tick, h));
+  });
+  if (law.thrust > 0) add(thrust_wrench(law, whole, chip_, sum.force, tick, h));
+  return sum;
 }
 
 Result<ToolTick> DirectTool::advance(const Tool& tool, const Vec3& tip_mm, const Vec3& turn_rad,
@@ -89,35 +97,33 @@ Result<ToolTick> DirectTool::advance(const Tool& tool, const Vec3& tip_mm, const
         "one tick moves the tool to no place at all, or turns it more than ten times around"};
   if (reshapes(mode)) mode = Mode::off;
   const ToolMotion motion{pose_, tip_mm - pose_.tip, turn_rad};
-  const bool turning = motion.turns();
-  const Vec3& travel = motion.travel_mm;
   ToolTick result = moved_tick(motion, tip_mm);
   const Pose& end = result.pose;
   removed_.reset();
-  edit_.set_passing(law.model != ForceModel::paper && mode != Mode::deposit && !turning &&
-                    takes_rows(tool, pose_, travel / lattice.pitch_mm, lattice.pitch_mm));
+  chip_ = {};
+  edit_.set_chip(needs_chip(law, materials));
+  if (mode == Mode::off) mean_.drop();
   if (mode != Mode::off) {
     const Result<int> counted = substeps_of(tool, motion, lattice);
     if (!counted) return Error{counted.error()};
     const int substeps = counted.value();
-    const bool stood = mode != Mode::touch && law.model != ForceModel::paper &&
-                       !law.start_resists && std::exchange(begins_, false);
+    const bool measured = mode != Mode::touch && law.model != ForceModel::paper &&
+                          !law.start_resists && std::exchange(begins_, false);
     if (mode == Mode::touch) {
       touch(tool, motion, substeps,
-            {sums_of(motion, end, lattice, edit_.grain(), edit_.passing()), threads_});
+            {sums_of(motion, end, lattice, edit_.grain(), edit_.chip()), threads_});
     } else {
-      if (stood) stand(tool, motion, end, mode == Mode::deposit, material);
+      if (measured) measure_start(tool, motion, end, mode == Mode::deposit, material);
       edit_.run(tool, motion, end, substeps, mode == Mode::deposit, material, threads_, removed_);
     }
     const double cell = lattice.pitch_mm * lattice.pitch_mm * lattice.pitch_mm;
     const double sign = mode == Mode::deposit ? -1 : 1;
-    if (stood) removed_.add(standing_, -1);
-    result.wrench =
-        wrench(law, removed_, result.motion, lattice.pitch_mm, lattice.origin_mm, materials);
-    if (stood) removed_.add(standing_);
+    if (measured) removed_.add(standing_, -1);
+    result.wrench = wrench(tool, law, result.motion, materials);
+    if (measured) removed_.add(standing_);
     result.points = removed_.points();
     if (mode != Mode::touch) removed_.add(edit_.images());
-    result.removed_mm3 = sign * removed_.mean_volume() * cell;
+    result.removed_mm3 = sign * removed_.volume() * cell;
     result.clipped = removed_.clipped;
     result.edited = mode != Mode::touch;
   }

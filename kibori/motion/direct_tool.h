@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-// A tool in motion: the one way a tick of movement becomes an edit of the model and a wrench.
+// A tool that moves exactly as the hand does (force models `paper` and `energy`). Each tick edits
+// the model along the motion and returns the force on the tool.
 //
-// A DirectTool remembers where the tool was. Each advance() sweeps the tool exactly from there to
-// the new pose; a turn is split into substeps that shift without turning, each at its middle
-// orientation, short enough that no point of the tool strays further than kTurnTolerance from its
-// true arc.
+// A DirectTool stores the tool's pose. Each advance() sweeps the tool from that pose to the new
+// one. A motion that turns is split into substeps (substeps.h). A substep translates without
+// rotation, at its middle orientation. No point of the tool deviates from its true arc by more than
+// kTurnTolerance.
 #pragma once
 
 #include <vector>
@@ -24,41 +25,57 @@ class DirectTool {
   DirectTool(TriDexel& model, const Pose& start) : model_(model), edit_(model), pose_(start) {}
 
   const Pose& pose() const { return pose_; }
-  // Puts the tool elsewhere, without sweeping there.
+  // Moves the tool to `pose` without sweeping the path to it.
   void place(const Pose& pose) {
     pose_ = pose;
     begins_ = true;
     edit_.forget();
+    mean_.drop();
+    last_travel_mm_ = Vec3::Zero();
   }
   void set_threads(int threads) { threads_ = threads; }
-  // Whose images do the same; check_symmetry has passed.
+  // Images of the tool make the same edits. Precondition: check_symmetry accepted `symmetry`.
   void set_symmetry(const Symmetry& symmetry) { edit_.set_symmetry(symmetry); }
-  // What is not cut; null: nothing. It must outlive the tool, or be taken away.
+  // Sets the protected region, which is not cut; null: none. The region must outlive the tool or be
+  // unset first.
   void set_no_go(const NoGo* no_go) { edit_.set_no_go(no_go); }
-  // How the model's wood is felt; null: as its materials' u alone. It must outlive the tool.
+  // Sets how the wood's grain changes the cutting force; null: the force uses each material's u
+  // alone. `grain` must outlive the tool.
   void set_grain(const Grain* grain) { edit_.set_grain(grain); }
-  // What the last advance removed or added, by material, images included.
+  // Volume that the last advance removed or added, by material. Includes the images.
   const Removed& removed() const { return removed_; }
+  // Model `energy`: volume whose resistance is still pending (see PathMean) [cells^3, over the
+  // materials' u]. The volume that is pending when a stroke ends causes no force.
+  double unpaid_cells() const { return mean_.unpaid(); }
+  // Shape of the chip that the last advance's force is computed from. All zero if no law needs it.
+  const Chip& chip() const { return chip_; }
 
-  // Moves the tool to tip_mm and turns it by turn_rad (rotation vector). `material` is what a
-  // deposit puts down. A mode that reshapes is as off: ReshapeStroke does the rest. Errors: a place
-  // or turn that is none, a turn of more substeps than kMaxTurnSubsteps, or of a tool without
-  // bounds.
+  // Moves the tool to tip_mm and turns it by turn_rad (rotation vector). A deposit adds `material`.
+  // A mode that reshapes acts as `off`: ReshapeStroke edits the model. Errors: a position or turn
+  // that is not finite; a turn that needs more than kMaxTurnSubsteps substeps; a turn of an
+  // unbounded tool.
   Result<ToolTick> advance(const Tool& tool, const Vec3& tip_mm, const Vec3& turn_rad, Mode mode,
                            const ForceLaw& law, const std::vector<Material>& materials,
                            uint8_t material = 0);
 
  private:
-  // What the tool newly reaches along `motion`, and no edit.
+  // Measures what the tool newly reaches along `motion`. Does not edit the model.
   void touch(const Tool& tool, const ToolMotion& motion, int substeps, const EditOptions& options);
 
-  // What the tool that stands at the start of `motion` would cut or put down there: it comes
-  // without a way, so no force of model `energy` belongs to it.
-  void stand(const Tool& tool, const ToolMotion& motion, const Pose& end, bool deposits,
-             uint8_t material);
+  // Measures what the tool would cut or deposit at the start of `motion`. The tool has no path
+  // there, so this volume causes no force of model `energy`.
+  void measure_start(const Tool& tool, const ToolMotion& motion, const Pose& end, bool deposits,
+                     uint8_t material);
+
+  // Force of `removed_`. Model `energy` also includes the previous ticks.
+  Wrench wrench(const Tool& tool, const ForceLaw& law, const TickMotion& tick,
+                const std::vector<Material>& materials);
 
   TriDexel& model_;
   ToolEdit edit_;
+  PathMean mean_;
+  Chip chip_;
+  Vec3 last_travel_mm_ = Vec3::Zero();
   Pose pose_;
   bool begins_ = true;  // nothing was edited since the tool was placed
   int threads_ = 1;

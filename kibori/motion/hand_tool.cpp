@@ -48,7 +48,7 @@ Result<ToolTick> HandTool::move_directly(const ToolUse& use, const Vec3& tip_mm,
       direct_.advance(use.tool, tip_mm, turn_rad, use.mode, use.law, use.materials, use.material);
   if (!done) return done;
   pose_ = hand_ = done.value().pose;
-  // A touch is an edit here, so that a replay computes its force again.
+  // A touch is recorded as an edit, so that a replay computes its force again.
   recorded_ = {tip_mm, turn_rad, use.mode != Mode::off && !reshapes(use.mode)};
   return done;
 }

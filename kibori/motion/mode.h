@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a tool does on its path, and how the modes are classified: each in one place.
+// The modes of a tool and their classification. Each property of a mode is defined here once.
 #pragma once
 
 #include <optional>
@@ -12,34 +12,39 @@ namespace kibori {
 enum class Mode {
   cut,      // removes material
   deposit,  // adds material
-  touch,    // computes the force of a cut, and removes nothing
-  off,      // moves through material, without a force
-  smooth,   // these are a brush's dabs along the tip's path ...
+  touch,    // computes the force of a cut and removes nothing
+  off,      // moves through material without a force
+  smooth,   // from here on: dabs of a brush along the path of the tip
   rasp,
   fill,
   inflate,
   flatten,
   crease,
   paint,
-  grab,  // ... in these the surface follows the hand ...
+  grab,  // from here on: the surface follows the hand
   nudge,
   twist,
   bend,
   pinch,
   scale,
   node,
-  press,       // ... here the tool pushes material aside, and the volume is kept ...
-  throw_clay,  // ... and these turn the material about the vertical axis through the lattice's
-  turn         // centre: as clay on a wheel, which keeps its volume, or as wood on a lathe
+  press,  // the tool pushes material aside; the volume is kept
+  // Material turns about the vertical axis through the lattice's centre. throw_clay: clay on a
+  // wheel, which keeps its volume. turn: wood on a lathe.
+  throw_clay,
+  turn,
+  // Two more dabs. They are last because a page's message holds the index of a mode.
+  trim,
+  build
 };
-constexpr Names<21> names_of(Mode) {
-  return {"cut",     "deposit", "touch",  "off",   "smooth", "rasp",  "fill",
-          "inflate", "flatten", "crease", "paint", "grab",   "nudge", "twist",
-          "bend",    "pinch",   "scale",  "node",  "press",  "throw", "turn"};
+constexpr Names<23> names_of(Mode) {
+  return {"cut",     "deposit", "touch", "off",   "smooth", "rasp",  "fill", "inflate",
+          "flatten", "crease",  "paint", "grab",  "nudge",  "twist", "bend", "pinch",
+          "scale",   "node",    "press", "throw", "turn",   "trim",  "build"};
 }
 
-// How a mode works. `edit`: the tool itself edits the model. `none`: nothing is edited. The others
-// reshape (reshape_stroke.h), and the tool itself only moves.
+// How a mode works. `edit`: the tool edits the model. `none`: nothing is edited. In all other kinds
+// reshape_stroke.h edits the model, and the tool only moves.
 enum class ModeKind { edit, none, dab, warp, press, wheel };
 
 constexpr ModeKind kind_of(Mode mode) {
@@ -57,6 +62,8 @@ constexpr ModeKind kind_of(Mode mode) {
     case Mode::flatten:
     case Mode::crease:
     case Mode::paint:
+    case Mode::trim:
+    case Mode::build:
       return ModeKind::dab;
     case Mode::grab:
     case Mode::nudge:
@@ -83,17 +90,24 @@ constexpr bool reshapes(Mode mode) {
   return kind_of(mode) != ModeKind::edit && kind_of(mode) != ModeKind::none;
 }
 
-// A stroke may cut one piece into several.
+// True if a stroke can cut one piece into several.
 constexpr bool may_sever(Mode mode) {
-  return mode != Mode::deposit && mode != Mode::paint && kind_of(mode) != ModeKind::none;
+  return mode != Mode::deposit && mode != Mode::build && mode != Mode::paint &&
+         kind_of(mode) != ModeKind::none;
 }
 
-// The stroke's end changes the model, and is recorded as a tick of its own: pending material of a
-// press comes back, and a wheel meets the tool for the last time.
+// True if a brush works towards a plane (FlattenTo).
+constexpr bool to_plane(Mode mode) {
+  return mode == Mode::flatten || mode == Mode::trim || mode == Mode::build;
+}
+
+// True if the stroke's end changes the model and is recorded as its own tick. A press returns its
+// pending material; a wheel meets the tool for the last time.
 constexpr bool ends_apart(Mode mode) { return mode == Mode::press || on_wheel(mode); }
 
-// Ok, or the sentence that all of Kibori gives: no stroke works so. `second`: the second hand's
-// mode, if there is one. `protects`: a protected (no-go) body limits the stroke.
+// Returns Ok, or an error sentence if no stroke can use these modes. All of Kibori uses this
+// sentence. `second`: mode of the second hand, if there is one. `protects`: a protected body limits
+// the stroke.
 Status check_modes(Mode first, std::optional<Mode> second, bool protects);
 
 }  // namespace kibori

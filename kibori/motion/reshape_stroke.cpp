@@ -10,39 +10,41 @@
 namespace kibori {
 namespace {
 
-// Dabs lie at least this much apart [cells].
-constexpr double kLeastSpacing = 0.5;
+// Minimum distance between dabs [cells].
+constexpr double kMinSpacing = 0.5;
 
-// A dab of a crease draws what is about it together by this share of its distance, and sinks it by
-// this share of the brush's radius, within that share of the radius; all at full strength. About
-// four dabs pinch each place and two sink it, so that a stroke at half strength leaves a valley a
+// A crease's dab at full strength. It pulls the surface together by kCreasePinch of the distance.
+// It sinks the surface by kCreaseDepth of the brush's radius, within kCreaseWidth of that radius.
+// About four dabs pinch each place and two sink it. So a stroke at half strength leaves a valley a
 // fifth of a radius deep.
 constexpr double kCreasePinch = 0.2, kCreaseDepth = 0.2, kCreaseWidth = 0.5;
 
-// A warp is computed again when the hand turned so far [rad].
+// A warp is computed again after the hand turned by this angle [rad].
 constexpr double kTurnBetween = 0.1;
 
-// What a warp pulls with, of the specific cutting energy times the brush's radius: so that a quick
-// pull in clay is felt as some newtons, and in oak with all a hand has.
+// Stiffness of a warp's pull, as a share of u times the brush's radius. A quick pull in clay gives
+// a force of some newtons; in oak it needs a hand's full strength.
 constexpr double kPullShare = 0.1;
 
-// Presses give back so often [of the tool's radius of collar]; so many collars each time, and at a
-// stroke's end.
+// Distance between two returns of pressed material, as a share of the collar's radius. Then the
+// number of collars at each return, and the number of rounds at a stroke's end.
 constexpr double kPressSpacing = 0.1;
 constexpr int kCollars = 3, kLastCollars = 40;
-// Each collar at the end reaches farther by this factor, up to so many times the first's radius.
+// Growth of the collar's radius per round at the stroke's end, and its maximum, relative to the
+// first.
 constexpr double kWiden = 1.2, kWidest = 4;
-// A profile meets the tool this often [cells of the tip's way]: the whole body is told anew each
-// time.
+// The profile meets the tool at this distance of the tip's path [cells]. Each time, the whole body
+// is rebuilt.
 constexpr double kWheelSpacing = 1;
-// Of a lathe's cut the hand bears about as much as it feeds slower than the rim turns: tens of mm
-// to metres a second.
+// Share of a lathe's cutting force that the hand supports. It is about the ratio of the feed to the
+// speed of the rim: tens of mm/s to metres per second.
 constexpr double kLatheShare = 0.01;
-// What may stay owed on the way and at the end, of what was pressed.
-constexpr double kOwedShare = 4e-3, kLastOwedShare = 1e-6;
-// What one giving back on the way may leave, and at the end a collar, of what is owed.
+// Share of the pressed volume that may stay pending during the stroke, and at its end.
+constexpr double kPendingShare = 4e-3, kLastPendingShare = 1e-6;
+// Share of the pending volume that may remain: after one return during the stroke, and after a
+// collar at the end.
 constexpr double kLeft = 4e-2, kLastLeft = 2e-5;
-// A collar that brings back less than this of what is owed has no room.
+// A collar that returns less than this share of the pending volume has found no room.
 constexpr double kNoRoom = 1e-3;
 
 FieldVerb verb_of(Mode mode) {
@@ -55,6 +57,10 @@ FieldVerb verb_of(Mode mode) {
       return FieldVerb::inflate;
     case Mode::flatten:
       return FieldVerb::flatten;
+    case Mode::trim:
+      return FieldVerb::trim;
+    case Mode::build:
+      return FieldVerb::build;
     default:
       return FieldVerb::smooth;
   }
@@ -95,7 +101,7 @@ double tool_radius_mm(const Tool& tool) {
       radius = 0.5 * value.maxCoeff();
     else if (key == "radius")
       radius = value;
-    else if (key == "ks")  // as wide as 2 mm above its tip
+    else if (key == "ks")  // radius 2 mm above the tip
       radius = std::sqrt(2 / value);
   });
   return radius;
@@ -126,7 +132,7 @@ Status ReshapeStroke::begin(const ReshapeSettings& settings, const std::vector<M
   held_ = {};
   to_next_mm_ = settings.mode == Mode::press ? spacing_mm() : 0;
   plane_.reset();
-  owed_mm3_ = pressed_mm3_ = missed_mm3_ = 0;
+  pending_mm3_ = pressed_mm3_ = missed_mm3_ = 0;
   direction_ = Vec3::Zero();
   turn_rad_ = computed_turn_rad_ = 0;
   computed_ = true;
@@ -153,10 +159,10 @@ double ReshapeStroke::spacing_mm() const {
   return std::max(settings_.mode == Mode::press
                       ? kPressSpacing * press_radius_mm(settings_.tool, pitch)
                       : settings_.brush.spacing * settings_.brush.radius_mm,
-                  kLeastSpacing * pitch);
+                  kMinSpacing * pitch);
 }
 
-// What a dab asks of the hand, into the sums.
+// Adds the resistance of a dab to the sums.
 void ReshapeStroke::hold(const Reshaped& what, const Vec3& centre, Sums& sums) const {
   sums.added += what.added_mm3;
   sums.removed += what.removed_mm3;
@@ -185,11 +191,11 @@ Status ReshapeStroke::dab(const Vec3& centre, Sums& sums) {
     const Result<int64_t> painted = paint_dab(model_, brush, centres, *materials_);
     return painted ? Status(Ok{}) : Status(Error{painted.error()});
   }
-  if (mode == Mode::flatten && brush.flatten_to == FlattenTo::stroke && !plane_)
+  if (to_plane(mode) && brush.flatten_to == FlattenTo::stroke && !plane_)
     if (const auto under = memory_->reshaper.surface_under(model_, brush, centre))
       plane_ = under->plane;
   std::optional<FlatPlane> plane = plane_;
-  if (mode == Mode::flatten && brush.flatten_to == FlattenTo::plane) plane = brush.plane;
+  if (to_plane(mode) && brush.flatten_to == FlattenTo::plane) plane = brush.plane;
   std::vector<DabPlace> places{{centre, plane}};
   for (const SymmetryImage& image : images_) {
     DabPlace place{image_of(centre, images_.centre_mm(), image), plane};
@@ -207,7 +213,7 @@ Status ReshapeStroke::dab(const Vec3& centre, Sums& sums) {
   return Ok{};
 }
 
-// Draws the surface together, and sinks it where it is drawn to.
+// Pulls the surface together and sinks its centre.
 Status ReshapeStroke::crease(const Vec3& centre, Sums& sums) {
   Brush brush = settings_.brush;
   const double pull = kCreasePinch * brush.strength;
@@ -216,8 +222,8 @@ Status ReshapeStroke::crease(const Vec3& centre, Sums& sums) {
   const auto put = [&](const Vec3& at) {
     Drag drag;
     drag.centre = at;
-    // As long as makes it that share: see warp_map.h.
-    drag.way = pull / (1 - pull) * brush.radius_mm * Vec3::UnitZ();
+    // This displacement pulls by exactly that share: see warp_map.h.
+    drag.displacement = pull / (1 - pull) * brush.radius_mm * Vec3::UnitZ();
     pinches.push_back(drag);
     places.push_back({at, {}});
   };
@@ -244,12 +250,12 @@ std::vector<Drag> ReshapeStroke::drags() const {
   drag.centre = start_.tip;
   drag.axis = start_.axis();
   drag.normal = normal_;
-  drag.way = last_.tip - start_.tip;
+  drag.displacement = last_.tip - start_.tip;
   drag.turn_rad = turn_rad_;
   std::vector<Drag> all{drag};
   for (const SymmetryImage& image : images_)
     all.push_back({image_of(drag.centre, images_.centre_mm(), image), image.turn * drag.axis,
-                   image.turn * drag.normal, image.turn * drag.way,
+                   image.turn * drag.normal, image.turn * drag.displacement,
                    (image.mirrors ? -1 : 1) * drag.turn_rad});
   return all;
 }
@@ -266,10 +272,10 @@ Status ReshapeStroke::compute_warp(Sums& sums) {
   sums.points += points;
   sums.clipped |= what.clipped;
   if (settings_.law.model == ForceModel::paper) {
-    const double way = (last_.tip - computed_at_.tip).norm(),
+    const double displacement = (last_.tip - computed_at_.tip).norm(),
                  own = static_cast<double>(points) / static_cast<double>(1 + images_.size());
     held_ = {};
-    if (way > 0) held_.work_per_mm = material(material_).kf * own / way;
+    if (displacement > 0) held_.work_per_mm = material(material_).kf * own / displacement;
   }
   warped_ = what;
   computed_ = true;
@@ -278,29 +284,29 @@ Status ReshapeStroke::compute_warp(Sums& sums) {
   return Ok{};
 }
 
-// What is owed comes back around the tool and its images, as far as kCollars collars go, each
-// `wider` than the tool asks; what may stay owed is a share `until` of what was pressed, or `left`
-// of what is owed before.
+// Returns pending material around the tool and its images, in at most kCollars collars. Each collar
+// is `wider` times the tool's own. Stops when the pending volume is below `until` of the pressed
+// volume, or below `left` of the pending volume before.
 Status ReshapeStroke::give_back(double until, double left, double wider, Sums& sums) {
   const double radius = wider * press_radius_mm(settings_.tool, model_.lattice().pitch_mm);
   std::vector<PressingTool> tools{{last_, direction_, middle_}};
   for (const SymmetryImage& image : images_)
     tools.push_back({image_of(last_, settings_.tool, images_.centre_mm(), image),
                      image.turn * direction_, image_of(middle_, images_.centre_mm(), image)});
-  const double enough = std::max(until * pressed_mm3_, left * std::fabs(owed_mm3_));
-  for (int collar = 0; collar < kCollars && std::fabs(owed_mm3_) > enough; collar++) {
-    const double before = owed_mm3_;
+  const double enough = std::max(until * pressed_mm3_, left * std::fabs(pending_mm3_));
+  for (int collar = 0; collar < kCollars && std::fabs(pending_mm3_) > enough; collar++) {
+    const double before = pending_mm3_;
     for (size_t i = 0; i < tools.size(); i++) {
       const Result<Reshaped> raised =
           memory_->clay.raise(model_, settings_.tool, tools, i, radius,
-                              owed_mm3_ / static_cast<double>(tools.size() - i), 0.5 * left);
+                              pending_mm3_ / static_cast<double>(tools.size() - i), 0.5 * left);
       if (!raised) return Error{raised.error()};
       const double back = raised.value().added_mm3 - raised.value().removed_mm3;
-      owed_mm3_ -= back;
+      pending_mm3_ -= back;
       sums.added += back;
       sums.points += raised.value().points;
     }
-    if (std::fabs(owed_mm3_) > (1 - kNoRoom) * std::fabs(before)) break;
+    if (std::fabs(pending_mm3_) > (1 - kNoRoom) * std::fabs(before)) break;
   }
   return Ok{};
 }
@@ -315,12 +321,11 @@ Status ReshapeStroke::press(const ToolMotion& motion, const Pose& end, Sums& sum
   double volume = 0;
   Vec3 sum = Vec3::Zero();
   own.for_parts([&](int i, const RemovedPart& part) {
-    const double here = part.mean_volume() * cell;
-    const Vec3 lever =
-        (part.moment[0] + part.moment[1] + part.moment[2]) / 3 * (cell * lattice.pitch_mm);
+    const double here = part.volume() * cell;
+    const Vec3 lever = part.moment * (cell * lattice.pitch_mm);
     volume += here;
     sum += lever;
-    // What is pressed away comes back: u (removed + added).
+    // Factor 2: displaced material returns, so the work is u (removed + added).
     const Material& of = material(i);
     const double work = settings_.law.model == ForceModel::paper
                             ? of.kf * static_cast<double>(part.points)
@@ -330,18 +335,18 @@ Status ReshapeStroke::press(const ToolMotion& motion, const Pose& end, Sums& sum
   });
   if (volume > 0) {
     middle_ = end.tip + sum / volume;
-    const double way = std::sqrt(motion.travel_mm.squaredNorm());
-    if (way > 0) direction_ = motion.travel_mm / way;
+    const double displacement = std::sqrt(motion.travel_mm.squaredNorm());
+    if (displacement > 0) direction_ = motion.travel_mm / displacement;
   }
-  const double all = volume + edit_.images().mean_volume() * cell;
-  owed_mm3_ += all;
+  const double all = volume + edit_.images().volume() * cell;
+  pending_mm3_ += all;
   pressed_mm3_ += all;
   sums.removed += all;
   sums.points += own.points() + edit_.images().points();
   return Ok{};
 }
 
-// Piece by piece, from one giving back to the next.
+// Presses piece by piece, from one return of material to the next.
 Status ReshapeStroke::press_along(const ToolMotion& motion, const Pose& end, Sums& sums) {
   const double length = std::sqrt(motion.travel_mm.squaredNorm());
   ToolMotion piece{motion.start, Vec3::Zero(), Vec3::Zero()};
@@ -357,7 +362,7 @@ Status ReshapeStroke::press_along(const ToolMotion& motion, const Pose& end, Sum
     at += to_next_mm_;
     last_ = motion.at(at / length);
     if (Status done = press_to(last_, to_next_mm_ / length); !done) return done;
-    if (Status done = give_back(kOwedShare, kLeft, 1, sums); !done) return done;
+    if (Status done = give_back(kPendingShare, kLeft, 1, sums); !done) return done;
     to_next_mm_ = spacing_mm();
   }
   to_next_mm_ -= length - at;
@@ -367,12 +372,12 @@ Status ReshapeStroke::press_along(const ToolMotion& motion, const Pose& end, Sum
   return Ok{};
 }
 
-// The profile meets the tool on its way to there.
+// Moves the tool to `end`, where the profile meets it.
 Status ReshapeStroke::turn_to(const Pose& end, Sums& sums) {
-  const Vec3 way = end.tip - met_.tip;
+  const Vec3 displacement = end.tip - met_.tip;
   const Result<Wheel::Turned> done =
       wheel_.advance(settings_.mode == Mode::turn ? WheelVerb::turn : WheelVerb::throw_clay,
-                     settings_.tool, {met_.tip, end.frame}, way, settings_.brush.wall_mm);
+                     settings_.tool, {met_.tip, end.frame}, displacement, settings_.brush.wall_mm);
   if (!done) return Error{done.error()};
   const auto& [what, pressed] = done.value();
   sums.clipped |= what.clipped;
@@ -380,8 +385,8 @@ Status ReshapeStroke::turn_to(const Pose& end, Sums& sums) {
   sums.removed += what.removed_mm3;
   sums.points += what.points;
   sums.dabs++;
-  // What the tool meets resists, wherever it then goes; the wheel bears most of it, a lathe nearly
-  // all.
+  // The met material resists, wherever it moves then. The wheel supports most of the force, a lathe
+  // nearly all.
   const Material& of = material(wheel_.profile().material);
   const double share = std::min(settings_.law.hand_share,
                                 settings_.mode == Mode::turn ? kLatheShare : kPoweredShare);
@@ -396,8 +401,8 @@ Status ReshapeStroke::advance(ToolTick& tick, bool now) {
   KIBORI_CHECK(materials_);
   const Mode mode = settings_.mode;
   const Pose from = last_;
-  const Vec3 way = tick.pose.tip - from.tip;
-  const double length = std::sqrt(way.squaredNorm()), spacing = spacing_mm();
+  const Vec3 displacement = tick.pose.tip - from.tip;
+  const double length = std::sqrt(displacement.squaredNorm()), spacing = spacing_mm();
   if (!(length <= kMaxDabs * spacing))
     return Error{"one tick's way holds more than 10000 dabs of this brush; move slower"};
   last_ = tick.pose;
@@ -409,21 +414,22 @@ Status ReshapeStroke::advance(ToolTick& tick, bool now) {
         std::fabs(turn_rad_ - computed_turn_rad_) >= kTurnBetween)
       if (Status done = compute_warp(sums); !done) return done;
   } else if (mode == Mode::press) {
-    if (Status done = press_along({from, way, tick.motion.turn}, tick.pose, sums); !done)
+    if (Status done = press_along({from, displacement, tick.motion.turn}, tick.pose, sums); !done)
       return done;
   } else {
     double at = to_next_mm_;
-    const ToolMotion whole{from, way, tick.motion.turn};
+    const ToolMotion whole{from, displacement, tick.motion.turn};
     for (; on_wheel(mode) && at <= length; at += spacing)
       if (Status done = turn_to(length > 0 ? whole.at(at / length) : from, sums); !done)
         return done;
     for (; !on_wheel(mode) && at <= length; at += spacing, sums.dabs++)
-      if (Status done = dab(length > 0 ? Vec3(from.tip + (at / length) * way) : from.tip, sums);
+      if (Status done =
+              dab(length > 0 ? Vec3(from.tip + (at / length) * displacement) : from.tip, sums);
           !done)
         return done;
     to_next_mm_ = at - length;
   }
-  finish_tick(sums, way, tick);
+  finish_tick(sums, displacement, tick);
   return Ok{};
 }
 
@@ -435,10 +441,11 @@ Status ReshapeStroke::end(ToolTick& tick) {
     if (Status done = turn_to(last_, sums); !done) return done;
   } else if (settings_.mode == Mode::press) {
     double wider = 1;
-    for (int i = 0; i < kLastCollars && std::fabs(owed_mm3_) > kLastOwedShare * pressed_mm3_; i++) {
-      const double before = owed_mm3_;
-      if (Status done = give_back(kLastOwedShare, kLastLeft, wider, sums); !done) return done;
-      if (std::fabs(owed_mm3_) > (1 - kNoRoom) * std::fabs(before)) {
+    for (int i = 0; i < kLastCollars && std::fabs(pending_mm3_) > kLastPendingShare * pressed_mm3_;
+         i++) {
+      const double before = pending_mm3_;
+      if (Status done = give_back(kLastPendingShare, kLastLeft, wider, sums); !done) return done;
+      if (std::fabs(pending_mm3_) > (1 - kNoRoom) * std::fabs(before)) {
         if (wider >= kWidest) break;
         wider *= kWiden;
       }
@@ -454,7 +461,7 @@ Status ReshapeStroke::break_off() {
   return warps(settings_.mode) ? compute_warp(sums) : Status(Ok{});
 }
 
-void ReshapeStroke::finish_tick(const Sums& sums, const Vec3& way, ToolTick& tick) {
+void ReshapeStroke::finish_tick(const Sums& sums, const Vec3& displacement, ToolTick& tick) {
   const ForceLaw& law = settings_.law;
   if (sums.dabs > 0) {
     held_.work_per_mm = sums.held.work_per_mm / (sums.dabs * spacing_mm());
@@ -465,11 +472,11 @@ void ReshapeStroke::finish_tick(const Sums& sums, const Vec3& way, ToolTick& tic
   tick.clipped |= sums.clipped;
   tick.edited = true;
   if (warps(settings_.mode) && law.model != ForceModel::paper) {
-    tick.wrench = {pull_.pull(stiffness_n_mm_, way, 1 / settings_.rate_hz), Vec3::Zero()};
+    tick.wrench = {pull_.pull(stiffness_n_mm_, displacement, 1 / settings_.rate_hz), Vec3::Zero()};
     return;
   }
-  // Of a unit of work per mm.
-  const Vec3 against = held_force(law, 1, way * settings_.rate_hz, settings_.rate_hz);
+  // Force for one unit of work per mm.
+  const Vec3 against = held_force(law, 1, displacement * settings_.rate_hz, settings_.rate_hz);
   tick.wrench.force = held_.work_per_mm * against;
   const Vec3 axis = tick.pose.axis();
   const Vec3 lever = law.dof == 6 ? held_.lever : Vec3(held_.lever.dot(axis) * axis);

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: MIT
+// SpringTool: what the tool would reach, what resists, and where the spring balances it.
 #include <kibori/motion/spring_tick.h>
+
+#include <algorithm>
 
 #include <kibori/edit/edit.h>
 
@@ -9,40 +12,41 @@ using namespace spring;
 
 namespace {
 
-// The balance is solved to this share of the pull, or to this way [cells], or to a thousandth of
-// the way.
+// Tolerances of the balance: a share of the pull, and a distance [cells]. A thousandth of the
+// distance also suffices.
 constexpr double kBalanceShare = 3e-4;
 constexpr double kBalanceError = 1e-4;
-// What is only tried turns in so many times fewer pieces than what is cut: its outermost point may
-// stray by four tenths of a cell. Fewer, and walls are felt where they are not; more, and a turning
-// tool costs a tick ten times what a straight one does.
+// A trial uses this factor fewer substeps than a cut. Its outermost point then deviates by up to
+// 0.4 cells. With fewer substeps the tool detects walls that do not exist. With more, a tick of a
+// turning tool costs ten times that of a straight one.
 constexpr int kTrialPieces = 4;
 
 }  // namespace
 
-// Calls f(solid, edit's options) for the straight substeps of the way up to `share`.
+// Calls f(solid, options) for the straight substeps of the path up to `share`.
 template <class F>
 void SpringTool::for_sweeps(const Tick& tick, double share, F&& f) const {
   const Lattice& lattice = model_.lattice();
-  const ToolMotion way = tick.motion.part(share);
-  const Result<int> counted = substeps_of(tick.tool, way, lattice);
-  // advance() has refused what has too many.
+  const ToolMotion path = tick.motion.part(share);
+  const Result<int> counted = substeps_of(tick.tool, path, lattice);
+  // advance() has rejected motions with too many substeps.
   const int substeps = counted ? (counted.value() + kTrialPieces - 1) / kTrialPieces : 1;
   EditOptions options;
-  options.motion = {lattice.to_lattice(way.at(1).tip), false, LatticeVector(), Vec3::Zero(),
-                    way.start.axis()};
+  options.motion = {lattice.to_lattice(path.at(1).tip), false, LatticeVector(), Vec3::Zero(),
+                    path.start.axis()};
   for (int i = 0; i < substeps; i++) {
-    const SweptTool sweep(tick.tool, way.substep(i, substeps), way.travel_mm / substeps, lattice,
+    const SweptTool sweep(tick.tool, path.substep(i, substeps), path.travel_mm / substeps, lattice,
                           tick.clear && substeps == 1);
     f(sweep.solid(), options);
   }
 }
 
-double SpringTool::reach_volume(const Tick& tick, double share, const Grain* grain) {
+double SpringTool::reach_volume(const Tick& tick, double share, const Grain* grain, bool chip) {
   trial_.reset();
   const Vec3 weights = tick.weights();
   for_sweeps(tick, share, [&](const Solid& solid, EditOptions& options) {
-    for (size_t i = 0; i < 3; i++) options.fields[i] = weights[static_cast<int>(i)] > 0;
+    options.motion.along = &weights;
+    options.motion.chip = chip;
     options.motion.grain = grain;
     if (grain) options.motion.across2 = grain->across2(tick.motion.travel_mm);
     if (tick.mode == Mode::deposit)
@@ -50,29 +54,25 @@ double SpringTool::reach_volume(const Tick& tick, double share, const Grain* gra
     else
       contact(model_, solid, options, trial_);
   });
-  double sum = 0;
-  trial_.for_parts([&](int, const RemovedPart& part) { sum += tick.volume(part); });
-  return sum;
+  return trial_.volume();
 }
 
-// The same [cells^3] of what is not cut.
+// The same for the protected region [cells^3].
 double SpringTool::wall_volume(const Tick& tick, double share) {
   const NoGo* const no_go = tick.mode == Mode::deposit ? nullptr : edit_.no_go();
   if (!no_go) return 0;
   walls_.reset();
   const Vec3 weights = tick.weights();
   for_sweeps(tick, share, [&](const Solid& solid, EditOptions& options) {
-    for (size_t i = 0; i < 3; i++) options.fields[i] = weights[static_cast<int>(i)] > 0;
+    options.motion.along = &weights;
     contact(no_go->model(), solid, options, walls_);
   });
-  double sum = 0;
-  walls_.for_parts([&](int, const RemovedPart& part) { sum += tick.volume(part); });
-  return sum;
+  return walls_.volume();
 }
 
-// What the wood's grain makes of what the last trial met: asked once in a tick of each material, as
-// it changes little along a tick's way and takes longer than the trial itself.
-void SpringTool::feel_grain(const Tick& tick, double share) {
+// Computes how the wood's grain changes the resistance of what the last trial met. Each material is
+// computed once per tick: the factor varies little along the path, and it costs more than a trial.
+void SpringTool::measure_grain(const Tick& tick, double share) {
   uint64_t met = 0;
   trial_.for_parts([&](int i, const RemovedPart&) { met |= uint64_t{1} << i; });
   const uint64_t missing = met & ~tick.known;
@@ -80,24 +80,76 @@ void SpringTool::feel_grain(const Tick& tick, double share) {
   if (grain_) reach_volume(tick, share, grain_);
   trial_.for_parts([&](int i, const RemovedPart& part) {
     if (!((missing >> i) & 1)) return;
-    const double volume = tick.volume(part);
-    tick.grained[static_cast<size_t>(i)] = volume > 0 ? tick.resisting(part) / volume : 1;
+    const double volume = part.volume();
+    tick.grained[static_cast<size_t>(i)] =
+        volume > 0 ? std::max(0.0, part.resisting()) / volume : 1;
   });
   tick.known |= missing;
+}
+
+// True if the straight path up to `share` passes through material too thin for the lengths of rays.
+// Measured by volumes.
+bool SpringTool::passes_thin(const Tick& tick, double share) {
+  if (tick.motion.turns()) return false;
+  const NoGo* const no_go = edit_.no_go();
+  const auto volume = [&](double to) {
+    trial_.reset();
+    for_sweeps(tick, to, [&](const Solid& solid, EditOptions& options) {
+      if (no_go)
+        contact(model_, Except(solid, *no_go), options, trial_);
+      else
+        contact(model_, solid, options, trial_);
+    });
+    return trial_.volume();
+  };
+  const double min = kTouchVolume + kTouchArea * share * tick.length / model_.lattice().pitch_mm;
+  const double there = volume(share);
+  return there > min && (tick.clear || there - volume(0) > min);
+}
+
+// Weight of the cuts over the last cell of path for this direction: the cosine between the two
+// directions, at least 0.
+double SpringTool::same_direction(const Tick& tick) const {
+  const double lengths =
+      std::sqrt(tick.motion.travel_mm.squaredNorm() * last_displacement_mm_.squaredNorm());
+  if (!(lengths > 0)) return 1;
+  return std::max(0.0, tick.motion.travel_mm.dot(last_displacement_mm_) / lengths);
+}
+
+// Shape of the chip over the last cell of path. If nothing was cut there: that of this trial.
+const Chip& SpringTool::chip_shape(const Tick& tick, double share) {
+  if (chip_.section_mm2 > 0 && same_direction(tick) > 0) return chip_;
+  if (tick.shape_known) return tick.shape;
+  tick.shape_known = true;
+  reach_volume(tick, share, nullptr, true);
+  const double h = model_.lattice().pitch_mm;
+  const ToolMotion path = tick.motion.part(share);
+  const Pose end = path.at(1);
+  const TickMotion tried{end.tip, end.axis(), path.travel_mm, Vec3::Zero()};
+  ChipMoments whole;
+  trial_.for_parts([&](int, const RemovedPart& part) {
+    if (part.has_chip) whole.add(resistance_of(part, tried, h).chip, 1);
+  });
+  // The section is not used, so any path length does.
+  tick.shape = chip_of(whole, 1, h);
+  return tick.shape;
 }
 
 SpringTool::Resistance SpringTool::resistance(const Tick& tick, double share, bool ahead) {
   const double h = model_.lattice().pitch_mm, cell = h * h * h;
   const double step = share * tick.length;
   if (ahead) share = std::max(share, std::min(1.0, kWindow * h / tick.length));
-  const double way = std::max(share * tick.length, kMinStep * h);
+  const double path = std::max(share * tick.length, kMinStep * h);
   Resistance r;
   const double all_of_it = reach_volume(tick, share);
   r.reached = std::max(0.0, all_of_it - tick.inside);
   const double volume = r.reached * cell;
-  const double grazed = kTouchArea * h * h * way;
+  const double grazed = kTouchArea * h * h * path;
   r.room = std::max(kTouchVolume * cell + grazed - all_of_it * cell,
                     kMoreVolume * cell + grazed - volume);
+  // A cut that is too thin for the lengths of rays.
+  const double excess = tick.mode == Mode::cut ? same_direction(tick) * excess_mm2_ : 0;
+  if (excess > kTouchArea * h * h) r.room = std::min(r.room, -kTouchVolume * cell);
   r.touching = r.room < 0;
   if (edit_.no_go()) {
     const double wall = wall_volume(tick, share);
@@ -109,29 +161,41 @@ SpringTool::Resistance SpringTool::resistance(const Tick& tick, double share, bo
     r.room = std::min(r.room, room);
   }
   if (!r.touching) return r;
-  // More than any hand pulls with.
+  // A force larger than any hand's pull.
   if (r.walled) r.force = 2 * spring_.strength_n + 2 * pull(tick.length + tick.beyond);
   if (r.walled) return r;
-  feel_grain(tick, share);
+  measure_grain(tick, share);
+  const double section = std::max(0.0, volume / path + excess);
+  Chip chip;
+  const bool by_law = std::any_of(tick.materials.begin(), tick.materials.end(), has_chip_law);
+  if (by_law && tick.mode != Mode::deposit && section > 0)
+    chip = with_section(chip_shape(tick, share), section);
   double all = 0, yield = 0, u = 0, c = 0;
-  trial_.for_parts([&](int i, const RemovedPart& part) {
-    const double v = std::max(0.0, tick.volume(part));
+  const auto add = [&](int i, double v) {
     const Material& m = material_of(tick.materials, i);
     all += v;
-    yield += v * spring_.hand_share * m.yield_n;
-    u += v * tick.grained[static_cast<size_t>(i)] * spring_.hand_share * m.u;
+    yield += v * m.yield_n;
+    const double grained = (tick.known >> i) & 1 ? tick.grained[static_cast<size_t>(i)] : 1;
+    u += v * grained * cutting_energy(m, chip, grain_ ? &grain_->fibre() : nullptr);
     c += v * m.c;
-  });
+  };
+  trial_.for_parts([&](int i, const RemovedPart& part) { add(i, std::max(0.0, part.volume())); });
+  if (!(all > 0)) {
+    // The lengths of rays met nothing. Use the materials of the cuts over the last cell of path.
+    mean_.for_paid([&](int i, const PathMean::Resistance& paid) { add(i, paid.chip.volume); });
+  }
   if (!(all > 0)) return r;
   if (tick.mode == Mode::deposit) yield = 0;
-  // Viscosity goes by what the step itself would reach in the tick.
-  r.force = (yield + volume / way * (u + c * step / spring_.tick_s)) / all;
+  // The viscosity uses what the step itself would reach in the tick.
+  r.force =
+      (spring_.hand_share * (yield + section * u) + volume / path * c * step / spring_.tick_s) /
+      all;
   return r;
 }
 
-// The share of the way at which the spring's pull equals what resists: the first such place from
-// where the last tick ended. Resistance seldom changes much from tick to tick, so one or two trials
-// are the rule.
+// Share of the path at which the spring's pull equals the resistance: the first such place,
+// starting from that of the last tick. The resistance changes little from tick to tick, so one or
+// two trials usually suffice.
 SpringTool::Balance SpringTool::balance(const Tick& tick, bool likely_touching) {
   const double h = model_.lattice().pitch_mm, whole_pull = pull(tick.length + tick.beyond);
   const double min = std::min(1.0, kMinStep * h / tick.length);
@@ -140,9 +204,9 @@ SpringTool::Balance SpringTool::balance(const Tick& tick, bool likely_touching) 
                ? -whole_pull
                : pull(tick.length * (1 - share) + tick.beyond) - r.force;
   };
-  // At `low` the spring still pulls harder than the material resists; at `high` it does not. Where
-  // it does not touch yet at `low`, the place where it begins to is looked for first: the pull may
-  // jump there, but what is reached grows steadily.
+  // At `low` the spring still pulls harder than the material resists; at `high` it does not. If it
+  // does not touch at `low`, the place of first contact is found first. The resistance may jump
+  // there, but the reached volume grows steadily.
   Balance low{0, false};
   double high = 1, low_excess = whole_pull, high_excess = 0, low_room = kTouchVolume * h * h * h,
          high_room = 0;
@@ -157,8 +221,8 @@ SpringTool::Balance SpringTool::balance(const Tick& tick, bool likely_touching) 
   double probe = std::clamp(last_step_mm_ / tick.length, min, likely_touching ? 1.0 : 0.5);
   int kept = 0;
   for (int trials = 0; trials < kMaxTrials; trials++) {
-    // A tool that cuts looks a little ahead (kWindow); but what it does not reach yet can't stop
-    // it.
+    // A cutting tool looks a little ahead (kWindow). Material that it does not reach yet cannot
+    // stop it.
     const bool ahead = touched_ && tick.mode == Mode::cut && probe * tick.length < kWindow * h;
     Resistance r = resistance(tick, probe, ahead);
     double e = excess(probe, r);
@@ -174,7 +238,7 @@ SpringTool::Balance SpringTool::balance(const Tick& tick, bool likely_touching) 
       high_excess = e;
       high_room = r.room;
       bracketed = true;
-      // Illinois: the end that is kept twice counts half.
+      // Illinois method: the end that is kept twice counts half.
       if (kept < 0) low_excess *= 0.5, low_room *= 0.5;
       kept = -1;
     } else {
@@ -189,7 +253,7 @@ SpringTool::Balance SpringTool::balance(const Tick& tick, bool likely_touching) 
         high - low.share <= std::max(kBalanceError * h / tick.length, 1e-3 * low.share))
       break;
     if (high <= min) break;
-    // Were the resistance the same elsewhere, the balance would be here.
+    // The balance if the resistance were constant.
     const double even = 1 - r.force / (spring_.stiffness_n_mm * tick.length);
     if (!bracketed)
       probe = std::min(1.0, std::max(even, 1.01 * probe));
@@ -207,13 +271,13 @@ SpringTool::Balance SpringTool::balance(const Tick& tick, bool likely_touching) 
   return low;
 }
 
-// At a distance from the tool.
+// Pull of the hand at a distance from the tool.
 double SpringTool::pull(double length_mm) const {
   const double k = spring_.stiffness_n_mm, s = spring_.strength_n;
   return s > 0 ? std::min(s, k * length_mm) : k * length_mm;
 }
 
-// The way, the turn included as the spring's energy weighs it.
+// Length of a motion. The turn counts by its weight in the spring's energy.
 double SpringTool::length_of(const ToolMotion& motion) const {
   const double k = spring_.stiffness_n_mm, kt = spring_.torsion_nmm_rad;
   return std::sqrt(motion.travel_mm.squaredNorm() +

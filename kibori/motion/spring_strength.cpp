@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// SpringTool with a hand of limited strength: reduced depth, and blows of a mallet.
 #include <kibori/motion/spring_tick.h>
 
 #include <limits>
@@ -11,19 +12,19 @@ using namespace spring;
 
 namespace {
 
-// A depth that gives way is found to this share of the strength, from below: less would show as
-// steps of the groove's ground (a hundredth of the force is some hundredths of a mm of depth).
+// The reduced depth is found to this share of the strength, from below. A larger error is visible
+// as steps in the groove's bottom: a hundredth of the force is some hundredths of a mm of depth.
 constexpr double kRiseShare = 0.02;
 constexpr int kMaxRises = 32;
-// Work that the hand could have done and did not is spared for what comes in lumps: a flat face
-// that sinks aslant meets a whole layer of rays at once. So much at most, as a way [cells] at full
-// strength: a face of 32 mm^2 in oak needs three of them. More would run the tool deeper into a
-// wall that it meets.
-constexpr double kSpareWay = 4;
+// Unused work of the hand is saved for resistance that comes in lumps. An example is a flat face
+// that sinks obliquely and meets a whole layer of rays at once. The maximum is the work over this
+// distance [cells] at full strength. A face of 32 mm^2 in oak needs three cells. A larger value
+// would drive the tool deeper into a wall that it meets.
+constexpr double kSpareDistance = 4;
 
 }  // namespace
 
-// Shortens a way on which the tool hangs far behind the hand.
+// Shortens the path of a tool that is far behind the hand.
 void SpringTool::look_ahead(Tick& tick, const Pose& device) const {
   const Lattice& lattice = model_.lattice();
   ToolMotion hand{tick.motion.start, Vec3::Zero(), Vec3::Zero()};
@@ -32,14 +33,15 @@ void SpringTool::look_ahead(Tick& tick, const Pose& device) const {
     hand.turn_rad = rotation_between(last_.device.frame, device.frame);
   }
   ToolMotion turn{tick.motion.start, Vec3::Zero(), tick.motion.turn_rad};
-  const double way = tick.motion.travel_mm.norm(), pieces = pieces_needed(tick.tool, turn, lattice);
-  const double max_way = std::max(kLookWay * lattice.pitch_mm, 2 * hand.travel_mm.norm());
+  const double distance = tick.motion.travel_mm.norm(),
+               pieces = pieces_needed(tick.tool, turn, lattice);
+  const double max_distance = std::max(kLookDistance * lattice.pitch_mm, 2 * hand.travel_mm.norm());
   hand.travel_mm = Vec3::Zero();
   const double max_pieces = std::max(kLookSubsteps, 2 * pieces_needed(tick.tool, hand, lattice));
-  if (way <= max_way && pieces <= max_pieces) return;
+  if (distance <= max_distance && pieces <= max_pieces) return;
   const double whole = tick.length;
   const Vec3 travel = tick.motion.travel_mm;
-  tick.motion.travel_mm *= std::min(1.0, max_way / way);
+  tick.motion.travel_mm *= std::min(1.0, max_distance / distance);
   tick.motion.turn_rad *= std::min(1.0, max_pieces / pieces);
   tick.rest_mm = travel - tick.motion.travel_mm;
   tick.length = length_of(tick.motion);
@@ -47,10 +49,10 @@ void SpringTool::look_ahead(Tick& tick, const Pose& device) const {
   tick.whole = false;
 }
 
-// Raises the end of the way along `up` to where the hand, which is as far away then, just drives
-// the tool there; all of the way is too hard by too_hard_n. False where the way does not lead
-// sideways, or no height helps; the tick is then as it was.
-bool SpringTool::give_way(Tick& tick, const Vec3& up, double too_hard_n) {
+// Raises the end of the path along `up` until the hand can just drive the tool there; the hand is
+// then farther away by as much. The original path is too hard by too_hard_n. Returns false, with an
+// unchanged tick, if the path does not lead sideways or no height suffices.
+bool SpringTool::deflect(Tick& tick, const Vec3& up, double too_hard_n) {
   const double h = model_.lattice().pitch_mm, strength = spring_.strength_n;
   const ToolMotion wanted = tick.motion;
   const double length = tick.length, sinks = -wanted.travel_mm.dot(up);
@@ -62,7 +64,7 @@ bool SpringTool::give_way(Tick& tick, const Vec3& up, double too_hard_n) {
   };
   const auto excess = [&](double rise) {
     aim(rise);
-    // Over a short way the mean is taken a little ahead, as in balance().
+    // Over a short path the mean looks a little ahead, as in balance().
     const double ahead = std::max(1.0, kWindow * h / tick.length);
     tick.motion.travel_mm *= ahead;
     tick.motion.turn_rad *= ahead;
@@ -72,8 +74,8 @@ bool SpringTool::give_way(Tick& tick, const Vec3& up, double too_hard_n) {
     tick.motion.turn_rad = wanted.turn_rad;
     return too_hard;
   };
-  // At `low` it is too hard, at `high` it is not. Begun where the last tick ended up, or else on
-  // the level.
+  // At `low` the path is too hard, at `high` it is not. The search starts from the last tick's
+  // result, or else from the level path.
   double low = 0, low_excess = too_hard_n, high = -1, high_excess = 0;
   double rise = rise_mm_ > 0 ? rise_mm_ : std::max(sinks, 0.05 * h),
          step = std::max(0.25 * sideways, 0.05 * h);
@@ -109,25 +111,26 @@ bool SpringTool::give_way(Tick& tick, const Vec3& up, double too_hard_n) {
   return true;
 }
 
-// How far a hand of a strength pushes the tool. `up`: the way out of the wood.
+// How far a hand of limited strength pushes the tool. `up`: direction out of the wood.
 SpringTool::Balance SpringTool::push(Tick& tick, const Vec3& up, bool likely_touching) {
   const double h = model_.lattice().pitch_mm, k = spring_.stiffness_n_mm,
                strength = spring_.strength_n;
   if (k * (tick.length + tick.beyond) > strength) {
     const Resistance whole = resistance(tick, 1);
     const double force = whole.force;
-    if (!whole.walled && force > strength + spare_nmm_ / tick.length && give_way(tick, up, force)) {
+    if (!whole.walled && force > strength + spare_nmm_ / tick.length && deflect(tick, up, force)) {
       const Resistance r = resistance(tick, 1);
       spare_nmm_ = std::clamp(spare_nmm_ + (strength - r.force) * tick.length, 0.0,
-                              kSpareWay * h * strength);
+                              kSpareDistance * h * strength);
       resisted_mm_ = tick.motion.travel_mm * (r.force / (k * tick.length));
       return {1, r.touching};
     }
   }
   const Balance at = balance(tick, likely_touching);
   if (at.share >= 1) return at;
-  // A lump of rays may be harder than the pull for a moment and be worth its work over some cells.
-  for (double share = std::min(1.0, kSpareWay * h / tick.length);
+  // A lump of rays may resist more than the pull for a moment. It is cut if the work over some
+  // cells suffices.
+  for (double share = std::min(1.0, kSpareDistance * h / tick.length);
        share > std::max(2 * at.share, kMinStep * h / tick.length); share /= 2) {
     const Resistance r = resistance(tick, share);
     if (r.force <= pull(tick.length * (1 - share) + tick.beyond)) return {share, r.touching};
@@ -135,7 +138,7 @@ SpringTool::Balance SpringTool::push(Tick& tick, const Vec3& up, bool likely_tou
   return at;
 }
 
-// The share of the way along which a blow of so much work drives the tool.
+// Share of the path along which a blow of this work drives the tool.
 double SpringTool::struck_share(const Tick& tick, double strike_nmm) {
   const auto work = [&](double share) {
     const Resistance r = resistance(tick, share);

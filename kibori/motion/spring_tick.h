@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-// One tick of a SpringTool while it is solved: shared by the sources of spring_tool.h. Internal:
-// not installed.
+// One tick of a SpringTool while it is solved. The sources of spring_tool.h share it. Internal: not
+// installed.
 //
 //   spring_tool.cpp       a tick from its beginning to its end
 //   spring_balance.cpp    what the tool would reach, what resists, and where the spring balances it
-//   spring_strength.cpp   a hand of limited strength: depth gives way before the path does; blows
-//   spring_contact.cpp    touching: the surface's normal, sliding, walls that are not cut
+//   spring_strength.cpp   a hand of limited strength: reduced depth; blows of a mallet
+//   spring_contact.cpp    contact: the surface's normal, sliding, walls of the protected region
 #pragma once
 
 #include <algorithm>
@@ -17,34 +17,29 @@
 namespace kibori {
 namespace spring {
 
-// The tool touches where it would reach more than this volume [cells^3] and this area [cells^2]
-// over the way there. Less is rounding: where a ray grazes the tool, float32 tells its end to a
-// hundredth of a cell.
+// The tool touches if it would reach more than this volume [cells^3] plus this area [cells^2] times
+// the distance. Smaller overlaps are rounding error: float32 resolves a grazing ray's end to 0.01
+// cells.
 inline constexpr double kTouchVolume = 0.1, kTouchArea = 0.02;
-// Where it stands in such rounding already, it touches if it would reach this much more: so it does
-// not sink, and can be pulled out.
+// If the tool already overlaps by such a rounding error, it touches if it would reach this much
+// more. So it does not sink, and it can be pulled out.
 inline constexpr double kMoreVolume = 0.01;
-// The shortest way [cells] that is tried: shorter ones count as rest. Over it, rounding resists
-// like a few cells' faces at most.
+// Shortest distance [cells] that is tried. Shorter distances count as rest. Over this distance,
+// rounding resists at most like the faces of a few cells.
 inline constexpr double kMinStep = 0.01;
-// Resistance is a mean over at least this way [cells]: rays that graze a wall beside a slightly
-// oblique way come in all at once, and over less the tool would stick and slip on them.
+// Resistance is a mean over at least this distance [cells]. Rays that graze a wall next to a
+// slightly oblique path enter all at once. Over a shorter distance the tool would stick and slip.
 inline constexpr double kWindow = 0.25;
 inline constexpr int kMaxTrials = 24;
-// A tool that hangs far behind a hand of a strength looks no farther along in a tick than this way
-// [cells], and no more pieces of its turn, or twice what the hand itself did in the tick: so the
-// work of a tick has a bound. Smaller, and quick hands are followed late; larger, and a tool that a
-// wall holds takes longer than a tick.
-inline constexpr double kLookWay = 64, kLookSubsteps = 12;
-// A tool whose farthest point goes by its turn so many times as far as by its shift (squared)
-// mostly turns: then all fields count alike. Below that the shift's direction tells which rays
-// carry no ripple: a blade that turns a little in every tick of a bend would shake by as much as
-// its force.
-inline constexpr double kMostlyTurns = 16;
-
+// Limit of one tick, for a tool far behind a hand of limited strength. The tick looks ahead this
+// distance [cells] and this number of substeps of its turn. The limit is twice the hand's own
+// motion, if that is larger. This bounds the work of a tick. If smaller, the tool follows quick
+// hands late. If larger, a
+// tool that a wall holds needs more than a tick.
+inline constexpr double kLookDistance = 64, kLookSubsteps = 12;
 }  // namespace spring
 
-// One straight way (and turn) of the tool within a tick, tried at shares of it.
+// One straight path (and turn) of the tool within a tick. The solver tries shares of it.
 struct SpringTool::Tick {
   const Tool& tool;
   ToolMotion motion;
@@ -52,58 +47,36 @@ struct SpringTool::Tick {
   Mode mode;
   uint8_t material;  // of a deposit
   const std::vector<Material>& materials;
-  double inside = 0;       // [cells^3] what the tool stands in at the start
-  double wall_inside = 0;  // and of what is not cut
-  bool clear = false;      // the tool stands in nothing at the start, in the frame it keeps
-  // From the way's end to the hand, where that is farther than a tick looks: as a way [mm], and its
-  // length with the turn.
+  double inside = 0;       // [cells^3] material inside the tool at the start
+  double wall_inside = 0;  // the same for the protected region
+  bool clear = false;      // no material inside the tool at the start, in the orientation it keeps.
+  // Rest of the path, from its end to the hand, if the hand is farther than a tick looks: the
+  // displacement [mm], and its length including the turn.
   Vec3 rest_mm = Vec3::Zero();
   double beyond = 0;
-  bool whole = true;           // the way leads to the hand
-  bool walled = false;         // the way is led along what is not cut
-  Vec3 target = Vec3::Zero();  // [mm] where all of the way leads
-  double reach2 = 0;           // [mm^2] of the tool
-  // How much more than its u each material resists here, and that way, as far as it is known.
+  bool whole = true;           // the path leads to the hand
+  bool walled = false;         // the path follows the protected region
+  Vec3 target = Vec3::Zero();  // [mm] end of the whole path
+  double reach = 0;            // [mm] of the tool
+  // Factor by which each material resists more than its u along this path. Bit i of `known`: the
+  // factor of material i is computed.
   mutable uint64_t known = 0;
   mutable std::array<double, kMaxMaterials> grained{};
+  // Shape of the chip, computed only if earlier cuts provide none.
+  mutable bool shape_known = false;
+  mutable Chip shape{};
 
-  // What each field counts: the motion's direction cosines squared, see haptics/force.h. At any
-  // share of the way the same, so that what is reached can be compared.
-  Vec3 weights() const {
-    const double length2 = motion.travel_mm.squaredNorm();
-    if (!(length2 > 0) || motion.turn_rad.squaredNorm() * reach2 > spring::kMostlyTurns * length2)
-      return Vec3::Constant(1.0 / 3);
-    return motion.travel_mm.cwiseAbs2() / length2;
-  }
-  double volume(const RemovedPart& part) const {
-    const Vec3 weight = weights();
-    double sum = 0;
-    for (int i = 0; i < 3; i++) sum += weight[i] * part.volume[static_cast<size_t>(i)];
-    return sum;
-  }
-  // The same, as much as each bit of it resists over its material's u.
-  double resisting(const RemovedPart& part) const {
-    const Vec3 weight = weights();
-    double sum = 0;
-    for (int i = 0; i < 3; i++) sum += weight[i] * part.resisting(static_cast<size_t>(i));
-    return std::max(0.0, sum);
-  }
-  // About the tip at the way's end.
-  Vec3 moment(const RemovedPart& part) const {
-    const Vec3 weight = weights();
-    Vec3 sum = Vec3::Zero();
-    for (int i = 0; i < 3; i++) sum += weight[i] * part.moment[static_cast<size_t>(i)];
-    return sum;
-  }
+  // The same for every share of the path, so that the reached volumes can be compared.
+  Vec3 weights() const { return ray_weights(motion, reach); }
 };
 
-// At one share of the way: what would be reached, and what resists.
+// Result of a trial at one share of the path: the reached volume and the resistance.
 struct SpringTool::Resistance {
   double reached = 0;  // [cells^3]
   bool touching = false;
-  double room = 0;      // [mm^3] that may still be reached before it touches; negative: it touches
+  double room = 0;      // [mm^3] that may be reached before the tool touches; negative: it touches
   double force = 0;     // N
-  bool walled = false;  // it touches what is not cut
+  bool walled = false;  // it touches the protected region
 };
 
 }  // namespace kibori

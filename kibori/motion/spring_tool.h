@@ -3,24 +3,31 @@
 //
 //   device x_d ──/\/\/\── tool x_p ──▶ material          F = -k (x_d - x_p), M = -kt theta
 //
-// Each tick the tool goes towards the device by the d in [0, L] that balances
+// In each tick the tool moves towards the device by the d in [0, L] that satisfies
 //
 //   k (L - d) = yield + u dV(d)/d + c dV(d)/T            (smallest root)
 //
-// where dV(d) is what it would newly reach; yield, u and c are the materials' means over that.
-// Below yield nothing is cut: the tool stops where it touches and slides there against Coulomb
-// friction. With a torsional spring, way and turn are one motion of length L^2 = |x_d - x_p|^2 +
-// (kt/k) |theta|^2.
+// dV(d) is the volume that the tool would newly reach. yield, u and c are means of the materials
+// over that volume. The law of haptics/chip.h gives u.
 //
-// Stiffness as felt never exceeds k, whatever the material, so stability is one inequality (see
+// dV(d)/d is measured in two parts. The lengths of the rays grow evenly with d, but are biased for
+// thin cuts. A correction is added: the mean by which the volumes of the cuts over the last cell of
+// path (haptics/path_mean.h) exceed their lengths. The tool only moves towards the device, so the
+// spring releases energy whatever this force is. The delay of the mean therefore keeps passivity.
+//
+// Below yield nothing is cut. The tool stops where it touches and slides there against Coulomb
+// friction. With a torsional spring, displacement and turn are one motion of length L^2 = |x_d -
+// x_p|^2 + (kt/k) |theta|^2.
+//
+// The effective stiffness never exceeds k, for any material. So stability is one inequality (see
 // haptics/safety.h).
 //
-// A hand has strength, too: it pulls with min(S, k L). Where S can't drive the tool along all of
-// its way, depth gives way before the way does: the tool follows sideways at the greatest depth
-// that S affords.
+// A hand also has a strength S: it pulls with min(S, k L). If S cannot drive the tool along its
+// whole path, the depth decreases before the path does. The tool follows sideways at the largest
+// depth that S permits.
 //
 //   hand   ────────────────▶   wanted: 2 mm deep
-//   tool  ──╲________________   what S affords in this wood: 1.4 mm
+//   tool  ──╲________________   what S permits in this wood: 1.4 mm
 #pragma once
 
 #include <optional>
@@ -29,7 +36,9 @@
 #include <kibori/base/field_info.h>
 #include <kibori/dexel/tri_dexel.h>
 #include <kibori/edit/removed.h>
+#include <kibori/haptics/chip.h>
 #include <kibori/haptics/force.h>
+#include <kibori/haptics/path_mean.h>
 #include <kibori/motion/substeps.h>
 #include <kibori/motion/tool_edit.h>
 #include <kibori/motion/tool_tick.h>
@@ -39,13 +48,13 @@ namespace kibori {
 
 struct SeriesSpring {
   double stiffness_n_mm = 0.5;  // k
-  double torsion_nmm_rad = 0;   // kt; 0: the tool turns as the device does, and no moment is felt
-  double friction = 0.2;        // Coulomb's coefficient between tool and material
+  double torsion_nmm_rad = 0;   // kt; 0: the tool turns as the device does, without a moment
+  double friction = 0.2;        // Coulomb coefficient between tool and material
   double tick_s = 0.001;        // T
-  double strength_n = 0;        // S, the most that the hand pulls with; 0: without bound
-  double hand_share = 1;        // of the cut's force, what the hand bears (see kPoweredShare)
+  double strength_n = 0;        // S, the hand's maximum pull; 0: unlimited
+  double hand_share = 1;  // share of the cut's force that the hand supports (see kPoweredShare)
 
-  // All but what it shares with a stroke's rate and with ForceLaw.
+  // Visits all fields except those that a stroke's rate and ForceLaw define.
   static void for_fields(auto&& f) {
     constexpr FieldRange kNotNegative = FieldRange::not_negative;
     f(FieldInfo{"stiffness_n_mm", "stiffness", FieldRange::positive},
@@ -57,14 +66,13 @@ struct SeriesSpring {
   }
 };
 
-// How far a pointer's hand is from its tool when it pulls with all its strength: nothing is fed
-// back to a pointer, so k = S / this, whatever the tick. Less, and rounding of the rays shows in
-// the force; more, and a groove ends visibly before the pointer does.
+// Distance between a pointer and its tool at the hand's full strength. A pointer gets no force
+// feedback, so k = S / this distance for any tick. If smaller, rounding of the rays shows in the
+// force. If larger, a groove ends visibly before the pointer.
 inline constexpr double kHandGiveMm = 0.25;
-// With how much a hand pushes unless it is said otherwise: a carver who leans on a gouge without a
-// mallet.
+// Default strength of a hand: a carver who leans on a gouge without a mallet.
 inline constexpr double kHandStrengthN = 200;
-// A pointer's hand: so strong, and as stiff as that makes it.
+// Spring of a pointer's hand. Its stiffness follows from its strength.
 inline SeriesSpring spring_of_hand(double strength_n = kHandStrengthN) {
   SeriesSpring spring;
   spring.strength_n = strength_n;
@@ -72,23 +80,24 @@ inline SeriesSpring spring_of_hand(double strength_n = kHandStrengthN) {
   return spring;
 }
 
-// What the spring does to the hand that is `stretch_mm` and `stretch_rad` from the tool.
+// Wrench of the spring on a hand that is `stretch_mm` and `stretch_rad` away from the tool.
 Wrench pull_of(const SeriesSpring& spring, const Vec3& stretch_mm, const Vec3& stretch_rad);
 
 class SpringTool {
  public:
-  // `start`: where device and tool are. Nothing is felt or cut until the tool has once been clear
-  // of material.
+  // `start`: pose of the device and of the tool. The tool does not cut, and gives no force, until
+  // it has been clear of material once.
   SpringTool(TriDexel& model, const Pose& start, const SeriesSpring& spring)
       : model_(model), edit_(model), tool_pose_(start), spring_(spring) {}
 
-  // The device moved to `device`. `material` is what a deposit puts down. Mode::touch never cuts; a
-  // mode that reshapes is as off: ReshapeStroke does the rest. Errors: a jump or turn of more
-  // substeps than kMaxTurnSubsteps; nothing has moved then. Neither allocates, locks nor faults.
+  // Moves the device to `device`. A deposit adds `material`. Mode::touch never cuts. A mode that
+  // reshapes acts as `off`: ReshapeStroke edits the model. Errors: a jump or turn that needs more
+  // than kMaxTurnSubsteps substeps; nothing has moved then. Does not allocate, lock or cause page
+  // faults.
   //
-  // A device that is where it was in the last tick moves nothing, if the spring has a strength: so
-  // what a pointer carves depends on its path alone, not on how long it rests. `strike_nmm`: a
-  // mallet's blow drives a tool that cuts towards the device until it has done this work.
+  // If the spring has a strength and the device has not moved since the last tick, nothing moves.
+  // So a pointer's carving depends only on its path, not on how long it rests. `strike_nmm`: a
+  // mallet's blow. It drives a cutting tool towards the device until it has done this work.
   Result<ToolTick> advance(const Tool& tool, const Pose& device, Mode mode,
                            const std::vector<Material>& materials, uint8_t material = 0,
                            double strike_nmm = 0);
@@ -99,60 +108,71 @@ class SpringTool {
     spring_ = spring;
     last_.known = false;
   }
-  // What a hand without a force device is shown: the resistance of the cut against the tool's way,
-  // where depth gave way. A device gets the spring's own pull, which is stable at rest.
+  // For a hand without a force device: where the depth decreases, reports the resistance of the cut
+  // against the tool's path. A force device gets the spring's own pull, which is stable at rest.
   void show_resistance(bool show) { show_resistance_ = show; }
-  // Mirrors every edit in these planes. Call check_symmetry first.
+  // Images of the tool make the same edits. Call check_symmetry first.
   void set_symmetry(const Symmetry& symmetry) { edit_.set_symmetry(symmetry); }
-  // What is not cut, and stops the tool as a rigid wall; null: nothing. It must outlive the tool,
-  // or be taken away.
+  // Sets the protected region, which is not cut and stops the tool as a rigid wall; null: none. The
+  // region must outlive the tool or be unset first.
   void set_no_go(const NoGo* no_go) {
     edit_.set_no_go(no_go);
     if (no_go) Except::reserve();
     disengage();
   }
-  // How the model's wood is felt; null: as its materials' u alone. It must outlive the tool.
+  // Sets how the wood's grain changes the cutting force; null: the force uses each material's u
+  // alone. `grain` must outlive the tool.
   void set_grain(const Grain* grain) { grain_ = grain; }
-  // Puts the tool elsewhere, without a way there.
+  // Moves the tool to `pose` without a path.
   void place(const Pose& pose) {
     tool_pose_ = pose;
     disengage();
   }
-  // What was known from before is forgotten, so that the stroke that begins can be carved again
-  // alone.
+  // Clears the state of earlier strokes, so that the next stroke can be replayed alone.
   void begin_stroke() {
     begins_ = true;
+    forget_cut();
     edit_.forget();
   }
-  // Where `tool` that stands at `pose` is clear of material, backed out along its axis just as far
-  // as it takes; nothing if that is farther than twice the tool's reach. Neither allocates nor
-  // locks.
+  // Returns the first pose where `tool` is clear of material, backed out from `pose` along its
+  // axis. Returns nothing if that is farther than twice the tool's reach. Does not allocate or
+  // lock.
   std::optional<Pose> clear_place(const Tool& tool, const Pose& pose,
                                   const std::vector<Material>& materials);
-  // Puts the tool there; it stands in no material (see clear_place).
+  // Moves the tool to `pose`. Precondition: it is clear of material there (see clear_place).
   void place_clear(const Pose& pose) {
     place(pose);
     engaged_ = true;
   }
-  // The model changed under the tool, or the tool its shape: wait until it is clear again.
+  // Call this when the model changed under the tool, or when the tool changed its shape. The tool
+  // then waits until it is clear of material.
   void disengage() {
     engaged_ = touched_ = false;
+    forget_cut();
     last_.known = false;
     normal_generation_ = kNever;
     edit_.forget();
   }
-  // What the last advance removed or added, by material, images included.
+  // Volume that the last advance removed or added, by material. Includes the images.
   const Removed& removed() const { return removed_; }
+  // Shape of the chip over the last cell of path. All zero if nothing was cut.
+  const Chip& chip() const { return chip_; }
 
  private:
   struct Resistance;
   struct Tick;
   template <class F>
   void for_sweeps(const Tick& tick, double share, F&& f) const;
-  double reach_volume(const Tick& tick, double share, const Grain* grain = nullptr);
-  void feel_grain(const Tick& tick, double share);
+  double reach_volume(const Tick& tick, double share, const Grain* grain = nullptr,
+                      bool chip = false);
+  void measure_grain(const Tick& tick, double share);
+  bool passes_thin(const Tick& tick, double share);
+  double same_direction(const Tick& tick) const;
+  const Chip& chip_shape(const Tick& tick, double share);
+  void pay(const Tick& tick, const ToolMotion& path, const Pose& end);
+  void forget_cut();
   Resistance resistance(const Tick& tick, double share, bool ahead = false);
-  // How far it goes, and whether it touches there.
+  // The share of the path that the tool moves, and whether it touches there.
   struct Balance {
     double share;
     bool touching;
@@ -162,19 +182,19 @@ class SpringTool {
   double pull(double length_mm) const;
   double length_of(const ToolMotion& motion) const;
   void look_ahead(Tick& tick, const Pose& device) const;
-  bool give_way(Tick& tick, const Vec3& up, double too_hard_n);
+  bool deflect(Tick& tick, const Vec3& up, double too_hard_n);
   Balance push(Tick& tick, const Vec3& up, bool likely_touching);
   double struck_share(const Tick& tick, double strike_nmm);
   const Vec3& contact_normal(const Tick& tick);
   double wall_volume(const Tick& tick, double share);
   bool keep_to_wall(Tick& tick);
-  bool asks_the_same(const Tool& tool, const Pose& device, Mode mode) const;
-  void go(const Tick& tick, double share, ToolTick& felt);
-  void come_out(const Tick& tick, ToolTick& felt);
+  bool is_same_request(const Tool& tool, const Pose& device, Mode mode) const;
+  void go(const Tick& tick, double share, ToolTick& result);
+  void leave_material(const Tick& tick, ToolTick& result);
   Balance solve(Tick& tick, const Pose& device, double strike_nmm);
   void slide_on(const Tick& tick, const Pose& device, const Vec3& before);
-  void work(Tick& tick, const Pose& device, bool puts_down, double strike_nmm, ToolTick& felt);
-  void finish(const Tick& tick, const Pose& device, const Vec3& before, ToolTick& felt);
+  void work(Tick& tick, const Pose& device, bool puts_down, double strike_nmm, ToolTick& result);
+  void finish(const Tick& tick, const Pose& device, const Vec3& before, ToolTick& result);
 
   TriDexel& model_;
   ToolEdit edit_;
@@ -185,24 +205,30 @@ class SpringTool {
   double last_step_mm_ = 0;
   static constexpr uint64_t kNever = ~uint64_t{0};
   uint64_t normal_generation_ = kNever;
-  // The last normal, and where it was felt.
+  // Last normal, and the pose at which it was measured.
   Vec3 normal_ = Vec3::Zero();
   Pose normal_pose_;
   Removed removed_, trial_, walls_;
+  // Cuts over the last cell of path.
+  PathMean mean_;
+  Chip chip_;
+  double excess_mm2_ = 0;  // section of the chip minus the section that the lengths of rays give
+  Vec3 last_displacement_mm_ = Vec3::Zero();
   bool show_resistance_ = false;
-  // The stretch of the cut's resistance, where depth gave way in this tick.
+  // Stretch that matches the cut's resistance, if the depth decreased in this tick.
   std::optional<Vec3> resisted_mm_;
-  double rise_mm_ = 0;    // by which depth gave way in the last tick
-  double spare_nmm_ = 0;  // work that the hand could have done while depth gave way
-  // The last tick, for one that asks for the same again.
+  double rise_mm_ = 0;    // height by which the depth decreased in the last tick
+  double spare_nmm_ = 0;  // unused work of the hand while the depth decreased
+  // Last tick, for a device that requests the same again.
   struct Last {
     bool known = false;
-    bool on_its_way = false;  // it hangs behind and has gone on: the same again leads it farther
+    // it is behind the device and still moves: the same request moves it farther
+    bool moving = false;
     Tool tool;
     Pose device;
     Mode mode = Mode::off;
     uint64_t generation = kNever;
-    ToolTick felt;
+    ToolTick result;
   } last_;
 };
 

@@ -13,32 +13,33 @@
 namespace kibori {
 namespace {
 
-// A line's direction is that to where the hand is when it has come so far [mm]: less, and a hand's
-// tremor decides.
+// The line's direction is fixed after the hand has moved this far [mm]. Over a shorter distance the
+// hand's tremor decides.
 constexpr double kAimMm = 2;
-// A leading tool's way is that from a point drawn behind it by so much [mm].
+// Length of the string behind a leading tool [mm]. It gives the direction of the path.
 constexpr double kTrailMm = 1.5;
-// Going in and coming out are given in so many places, so that they are arcs.
+// Minimum number of places of an entry or exit, so that it is an arc.
 constexpr int kEntryPlaces = 16;
-// How fast a stamp, or a leading tool that goes no way, goes in and out.
+// Speed [mm/s] of a stamp's press, and of a leading tool whose path has no length.
 constexpr double kStabMmS = 50;
-// A stamp is pressed in no nearer to the place before than this [mm], nor so often in a stroke.
+// Minimum distance between the presses of a stamp [mm], and maximum number of presses in a stroke.
 constexpr double kMinEveryMm = 0.1;
-constexpr int kMostPresses = 10'000;
-// Of a length: less has no direction that rounding leaves alone.
-constexpr double kNoWay = 1e-6;
+constexpr int kMaxPresses = 10'000;
+// Lengths below this have no direction that is reliable after rounding.
+constexpr double kNoDistance = 1e-6;
 constexpr size_t kMaxCurvePoints = 100'000;
 
 double length(const Vec3& v) { return std::sqrt(v.squaredNorm()); }
 
-// What is left of `v` square to a unit vector.
+// Component of `v` perpendicular to a unit vector.
 Vec3 across(const Vec3& v, const Vec3& unit) { return v - v.dot(unit) * unit; }
 
-// `frame` turned about its third column so that its first points along `way`, as far as it can.
-Mat3 led(const Mat3& frame, const Vec3& way) {
-  const Vec3 z = frame.col(2), x = across(way, z);
+// `frame` turned about its third column, so that its first column is as close to `displacement` as
+// possible.
+Mat3 led(const Mat3& frame, const Vec3& displacement) {
+  const Vec3 z = frame.col(2), x = across(displacement, z);
   const double size = length(x);
-  if (size < kNoWay) return frame;
+  if (size < kNoDistance) return frame;
   Mat3 turned;
   turned.col(0) = x / size;
   turned.col(1) = z.cross(turned.col(0));
@@ -49,10 +50,10 @@ Mat3 led(const Mat3& frame, const Vec3& way) {
 }  // namespace
 
 Status check_stroke_guide(const StrokeGuideSettings& s) {
-  const auto at_least_zero = [](double value) { return value >= 0 && value <= kMaxCoordinate; };
+  const auto not_negative = [](double value) { return value >= 0 && value <= kMaxCoordinate; };
   if (!(s.snap_deg >= 0 && s.snap_deg <= 180))
     return Error{"a guide's snap must be 0 to 180 degrees"};
-  if (!at_least_zero(s.steady_mm) || !at_least_zero(s.entry_mm) || !at_least_zero(s.lift_mm))
+  if (!not_negative(s.steady_mm) || !not_negative(s.entry_mm) || !not_negative(s.lift_mm))
     return Error{"a guide's steady, entry and lift must be lengths of at least 0 mm"};
   if (!(s.every_mm == 0 || (s.every_mm >= kMinEveryMm && s.every_mm <= kMaxCoordinate)))
     return Error{"a stamp is pressed in every 0.1 mm or more, or, with 0, once"};
@@ -72,8 +73,8 @@ Status check_stroke_guide(const StrokeGuideSettings& s) {
 Vec3 StrokeGuide::on_curve(const Vec3& tip) {
   const std::vector<Vec3>& points = settings_.curve_mm;
   const size_t pieces = points.size() - (settings_.closed ? 0 : 1);
-  // Where the tool is on it decides which pieces can be meant: where a curve comes near itself, the
-  // tool does not leap across. It goes little farther along it than the hand did.
+  // The tool's position on the curve decides which pieces are candidates. So the tool does not jump
+  // where the curve comes near itself. It moves only a little farther along it than the hand did.
   const double reach = along_mm_ < 0 ? std::numeric_limits<double>::infinity()
                                      : kAimMm + 2 * length(across(tip - at_, normal_));
   double total = 0;
@@ -82,15 +83,15 @@ Vec3 StrokeGuide::on_curve(const Vec3& tip) {
          from = 0;
   Vec3 best_at = at_;
   for (size_t i = 0; i < pieces; i++) {
-    const Vec3 &a = points[i], way = points[(i + 1) % points.size()] - a;
-    const Vec3 flat = across(way, normal_);
-    const double flat2 = flat.squaredNorm(), size = length(way);
+    const Vec3 &a = points[i], displacement = points[(i + 1) % points.size()] - a;
+    const Vec3 flat = across(displacement, normal_);
+    const double flat2 = flat.squaredNorm(), size = length(displacement);
     const double share =
-        flat2 > kNoWay * kNoWay ? std::clamp((tip - a).dot(flat) / flat2, 0.0, 1.0) : 0;
+        flat2 > kNoDistance * kNoDistance ? std::clamp((tip - a).dot(flat) / flat2, 0.0, 1.0) : 0;
     const double along = from + share * size;
     double apart = std::abs(along - along_mm_);
     if (settings_.closed) apart = std::min(apart, total - apart);
-    const Vec3 at = a + share * way;
+    const Vec3 at = a + share * displacement;
     const double off = across(tip - at, normal_).squaredNorm();
     if (apart <= reach && off < best) {
       best = off;
@@ -103,7 +104,7 @@ Vec3 StrokeGuide::on_curve(const Vec3& tip) {
   return best_at;
 }
 
-// Where the guide has the tip; none while that is not known.
+// Guided position of the tip; none while it is unknown.
 std::optional<Vec3> StrokeGuide::guided(const Pose& hand) {
   const Vec3& tip = hand.tip;
   switch (settings_.guide) {
@@ -111,9 +112,9 @@ std::optional<Vec3> StrokeGuide::guided(const Pose& hand) {
       return tip;
     case Guide::line: {
       if (!direction_) {
-        const Vec3 way = across(tip - start_, normal_);
-        if (length(way) < kAimMm) return std::nullopt;
-        Vec3 direction = way / length(way);
+        const Vec3 displacement = across(tip - start_, normal_);
+        if (length(displacement) < kAimMm) return std::nullopt;
+        Vec3 direction = displacement / length(displacement);
         if (settings_.snap_deg > 0) {
           const Mat3 frame = frame_from_axis(normal_);
           const double step = settings_.snap_deg * (std::numbers::pi / 180),
@@ -129,8 +130,8 @@ std::optional<Vec3> StrokeGuide::guided(const Pose& hand) {
     case Guide::circle: {
       const Vec3 from_centre = across(start_ - settings_.centre_mm, normal_),
                  to = across(tip - settings_.centre_mm, normal_);
-      // Over its centre the hand says nothing.
-      if (length(to) < kNoWay) return std::nullopt;
+      // At its centre the circle has no direction.
+      if (length(to) < kNoDistance) return std::nullopt;
       return tip - to + to * (length(from_centre) / length(to));
     }
     case Guide::curve: {
@@ -141,9 +142,9 @@ std::optional<Vec3> StrokeGuide::guided(const Pose& hand) {
   return tip;
 }
 
-// The way that the tool goes at `tip`: the circle's own there, else that from the point drawn
-// behind it to its `head`.
-Vec3 StrokeGuide::way_at(const Vec3& tip, const Vec3& head) const {
+// Direction of the path at `tip`. On a circle it is the tangent. Otherwise it points from the point
+// behind the tool to `head`.
+Vec3 StrokeGuide::direction_at(const Vec3& tip, const Vec3& head) const {
   Vec3 drawn = head - trail_;
   if (settings_.guide != Guide::circle) return drawn;
   const Vec3 round = normal_.cross(Vec3(tip - settings_.centre_mm));
@@ -160,7 +161,7 @@ Pose StrokeGuide::begin(const Pose& hand, double time_s) {
   turned_ = false;
   behind_.clear();
   Pose first = hand;
-  // A line begins where the hand does.
+  // A line begins at the hand.
   if (settings_.guide != Guide::line) first.tip = guided(hand).value_or(hand.tip);
   drawn_ = hand.tip;
   at_ = trail_ = first.tip;
@@ -195,7 +196,7 @@ void StrokeGuide::move(const Pose& hand, double time_s, const Emit& emit) {
     emit(pose, time_s);
 }
 
-// From above the wood, and out again.
+// One press: in from above the wood, and out again.
 void StrokeGuide::press(const Pose& pose, double time_s, const Emit& emit) {
   Pose above = pose;
   above.tip += settings_.lift_mm * above.axis();
@@ -208,78 +209,82 @@ void StrokeGuide::press(const Pose& pose, double time_s, const Emit& emit) {
 
 void StrokeGuide::stamp_to(const Pose& pose, double time_s, const Emit& emit) {
   const Place from = over_;
-  const Vec3 way = pose.tip - from.pose.tip;
-  const double size = length(way), every = settings_.every_mm;
-  over_ = {pose, time_s, from.way_mm + size};
-  if (every == 0 || size < kNoWay) return;  // once: at the end
-  // So short that its turn follows that of the way.
+  const Vec3 displacement = pose.tip - from.pose.tip;
+  const double size = length(displacement), every = settings_.every_mm;
+  over_ = {pose, time_s, from.distance_mm + size};
+  if (every == 0 || size < kNoDistance) return;  // once: see end()
+  // The pieces are so short that the tool's turn follows that of the path.
   const int pieces = std::clamp(static_cast<int>(std::ceil(size / kTrailMm)), 1, 2000);
   Place last = from;
   for (int i = 1; i <= pieces; i++) {
     const double share = static_cast<double>(i) / pieces;
-    Place place{pose, from.time_s + share * (time_s - from.time_s), from.way_mm + share * size};
-    place.pose.tip = from.pose.tip + share * way;
+    Place place{pose, from.time_s + share * (time_s - from.time_s),
+                from.distance_mm + share * size};
+    place.pose.tip = from.pose.tip + share * displacement;
     const Vec3 drawn = place.pose.tip - trail_;
     if (length(drawn) > kTrailMm) trail_ = place.pose.tip - drawn * (kTrailMm / length(drawn));
-    // What waited until the way was known is on the straight line from the beginning.
-    if (settings_.lead && place.way_mm < kTrailMm) continue;
+    // Presses that waited for the direction are on the straight line from the beginning.
+    if (settings_.lead && place.distance_mm < kTrailMm) continue;
     if (settings_.lead && !turned_) last = {{begun_, pose.frame}, from.time_s, 0};
     turned_ = true;
-    for (; next_mm_ <= place.way_mm && next_mm_ <= kMostPresses * every; next_mm_ += every) {
+    for (; next_mm_ <= place.distance_mm && next_mm_ <= kMaxPresses * every; next_mm_ += every) {
       Pose at = pose;
-      at.tip = last.pose.tip + (next_mm_ - last.way_mm) / (place.way_mm - last.way_mm) *
+      at.tip = last.pose.tip + (next_mm_ - last.distance_mm) /
+                                   (place.distance_mm - last.distance_mm) *
                                    (place.pose.tip - last.pose.tip);
-      if (settings_.lead) at.frame = led(at.frame, way_at(at.tip, place.pose.tip));
+      if (settings_.lead) at.frame = led(at.frame, direction_at(at.tip, place.pose.tip));
       press(at, place.time_s, emit);
     }
     last = place;
   }
 }
 
-// The tool at a place from which the end is at least so far.
+// Emits the tool at a place whose distance to the end is at least left_mm.
 void StrokeGuide::give(const Place& place, double left_mm, const Emit& emit) const {
   Pose pose = place.pose;
   const double entry = settings_.entry_mm;
   if (entry > 0) {
-    // A parabola that ends level where the tool is as deep as it goes.
-    const double share = 1 - std::clamp(std::min(place.way_mm, left_mm) / entry, 0.0, 1.0);
+    // A parabola that is level at the full depth.
+    const double share = 1 - std::clamp(std::min(place.distance_mm, left_mm) / entry, 0.0, 1.0);
     pose.tip += settings_.lift_mm * share * share * pose.axis();
   }
   emit(pose, place.time_s);
 }
 
 void StrokeGuide::lead_to(const Pose& pose, double time_s, const Emit& emit) {
-  // Copied: the queue grows.
+  // A copy, because the queue grows.
   const Place last = behind_.back();
-  const Vec3 way = pose.tip - last.pose.tip;
-  const double size = length(way), entry = settings_.entry_mm;
-  if (size < kNoWay) {
+  const Vec3 displacement = pose.tip - last.pose.tip;
+  const double size = length(displacement), entry = settings_.entry_mm;
+  if (size < kNoDistance) {
     behind_.back().time_s = time_s;  // it rests there
     return;
   }
-  // So that going in and coming out are arcs, however far apart a hand's places are, and that the
-  // tool turns where the way does.
+  // The step is short, so that entry and exit are arcs even if the hand's places are far apart. The
+  // tool also turns where the path does.
   const double step = entry > 0 ? std::min(entry / kEntryPlaces, kTrailMm) : kTrailMm;
   const int pieces = std::clamp(static_cast<int>(std::ceil(size / step)), 1, 2000);
   for (int i = 1; i <= pieces; i++) {
     const double share = static_cast<double>(i) / pieces;
-    Place place{pose, last.time_s + share * (time_s - last.time_s), last.way_mm + share * size};
-    place.pose.tip = last.pose.tip + share * way;
+    Place place{pose, last.time_s + share * (time_s - last.time_s),
+                last.distance_mm + share * size};
+    place.pose.tip = last.pose.tip + share * displacement;
     const Vec3 drawn = place.pose.tip - trail_;
     if (length(drawn) > kTrailMm) trail_ = place.pose.tip - drawn * (kTrailMm / length(drawn));
-    if (!turned_ && place.way_mm >= kTrailMm) {
-      // Now the way is known, for what waits as well.
+    if (!turned_ && place.distance_mm >= kTrailMm) {
+      // The direction is known now. It also applies to the places that wait.
       turned_ = true;
       const Vec3 known = place.pose.tip - behind_.front().pose.tip;
       for (Place& waits : behind_) waits.pose.frame = led(waits.pose.frame, known);
     }
-    if (turned_) place.pose.frame = led(pose.frame, way_at(place.pose.tip, place.pose.tip));
+    if (turned_) place.pose.frame = led(pose.frame, direction_at(place.pose.tip, place.pose.tip));
     behind_.push_back(place);
   }
   if (!turned_) return;
-  // What is given before the end is `entry` away from it at least. The newest stays, to go on from.
-  const double head = behind_.back().way_mm;
-  while (behind_.size() > 1 && head - behind_.front().way_mm >= entry) {
+  // Every place emitted here is at least `entry` from the end. The newest stays as the start of the
+  // next piece.
+  const double head = behind_.back().distance_mm;
+  while (behind_.size() > 1 && head - behind_.front().distance_mm >= entry) {
     give(behind_.front(), entry, emit);
     behind_.pop_front();
   }
@@ -288,17 +293,17 @@ void StrokeGuide::lead_to(const Pose& pose, double time_s, const Emit& emit) {
 void StrokeGuide::end(const Emit& emit) {
   if (settings_.stamp) {
     if (next_mm_ > 0) return;
-    // Once, or it went no way: where the stroke began, turned to where it ended.
+    // A single press, or a path without length: press at the beginning, turned towards the end.
     Pose at{begun_, over_.pose.frame};
-    const Vec3 way = over_.pose.tip - begun_;
-    if (settings_.lead && length(way) >= kTrailMm) at.frame = led(at.frame, way);
+    const Vec3 displacement = over_.pose.tip - begun_;
+    if (settings_.lead && length(displacement) >= kTrailMm) at.frame = led(at.frame, displacement);
     press(at, over_.time_s, emit);
     return;
   }
   if (!settings_.lead) return;
   const Place last = behind_.back();
   if (!turned_) {
-    // It went no way: it is pressed in where it stands, and drawn out again.
+    // The path has no length: the tool is pressed in at its place and drawn out again.
     Pose out = last.pose;
     out.tip += settings_.lift_mm * out.axis();
     const double takes_s = settings_.lift_mm / kStabMmS;
@@ -306,7 +311,7 @@ void StrokeGuide::end(const Emit& emit) {
     emit(out, last.time_s + 2 * takes_s);
     return;
   }
-  for (const Place& place : behind_) give(place, last.way_mm - place.way_mm, emit);
+  for (const Place& place : behind_) give(place, last.distance_mm - place.distance_mm, emit);
   behind_.clear();
 }
 

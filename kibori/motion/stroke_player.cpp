@@ -67,7 +67,7 @@ ToolUse StrokePlayer::use_of(bool second) const {
   return {s.second->tool, s.second->mode, s.second->material, s.second->force.law, s.materials};
 }
 
-// The first hand's tool moved from `before`: the brush follows.
+// Reshapes the model after the first hand's tool moved from `before`.
 Status StrokePlayer::reshape(ToolTick& tick, const Pose& before, bool computes) {
   const StrokeSettings& s = settings_;
   Status done = Ok{};
@@ -104,26 +104,26 @@ Result<ToolTick> StrokePlayer::move_to(const Pose& pose) {
   return done;
 }
 
-StrokeTick StrokePlayer::recorded(bool second) const {
+RecordedTick StrokePlayer::recorded(bool second) const {
   MoveTick tick = hand(second).recorded();
   tick.edits |= !second && reshapes(settings_.mode);
   return {tick, second};
 }
 
-Result<std::optional<StrokeTick>> StrokePlayer::end(ToolTick& last) {
+Result<std::optional<RecordedTick>> StrokePlayer::end(ToolTick& last) {
   const bool apart = reshaping_ && ends_apart(settings_.mode);
   if (const Status ended = end_reshaping(last); !ended) return Error{ended.error()};
-  if (!apart) return std::optional<StrokeTick>();
-  return std::optional<StrokeTick>({EndTick{tool_pose().tip}, false});
+  if (!apart) return std::optional<RecordedTick>();
+  return std::optional<RecordedTick>({EndTick{tool_pose().tip}, false});
 }
 
 Result<ToolTick> StrokePlayer::play_move(const MoveTick& tick, bool second) {
-  // Documents of Kibori 0.1 have no EndTick: there a tick that edits nothing ends what was begun.
+  // Documents of Kibori 0.1 have no EndTick. There, a tick that edits nothing ends the stroke.
   const bool ends = !second && reshaping_ && !tick.edits;
   const Pose before = tool_pose(second);
   Result<ToolTick> done = hand(second).play(use_of(second), tick);
   if (!done) return done;
-  // What a warp is in the end does not depend on when it is computed; only this force does.
+  // The final result of a warp does not depend on when it is computed. Only this force does.
   const bool computes = tick.computes && settings_.force.law.model == ForceModel::paper;
   if (!second && reshapes(settings_.mode) && (ends || tick.edits)) {
     const Status reshaped =
@@ -135,7 +135,7 @@ Result<ToolTick> StrokePlayer::play_move(const MoveTick& tick, bool second) {
   return done;
 }
 
-Result<ToolTick> StrokePlayer::play(const StrokeTick& tick) {
+Result<ToolTick> StrokePlayer::play(const RecordedTick& tick) {
   played_ = nullptr;
   if (tick.second && !(second_ && settings_.second))
     return Error{"it has ticks of a second hand, and none"};

@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: MIT
-// Plays strokes on a model: the one way in which a hand's motion, or its record, becomes edits,
-// forces and records. Scenes, Python, documents and the studio all play strokes through it.
+// Plays strokes on a model: converts a hand's motion, or its record, into edits, forces and
+// records. Scenes, Python, documents and the studio all play strokes through it.
 //
-//   a hand:    begin(settings) ─► move() ... ─► end()        each tick gives a StrokeTick to keep
+//   a hand:    begin(settings) ─► move() ... ─► end()        each tick gives a RecordedTick to keep
 //   a record:  begin(settings) ─► play(tick) ... ─► finish_record()
 //                                    │
 //        first or second hand ─► HandTool ─► ToolEdit        cut, deposit, touch
 //                                    └─────► ReshapeStroke   brushes, warps, clay, wheel, paint
 //
-// Playing the record of a stroke on the same model leaves the same bytes as the stroke did.
+// On the same model, the record of a stroke leaves the same bytes as the stroke did.
 //
-// The servo thread uses HandTool itself: it computes reshaping modes on another thread (DabWorker).
+// The servo thread uses HandTool directly. It computes reshaping modes on another thread
+// (DabWorker).
 #pragma once
 
 #include <memory>
@@ -25,14 +26,14 @@
 
 namespace kibori {
 
-// Ok, or one sentence that says why no stroke can have these settings: a tool, symmetry or brush
-// that is refused, a second hand next to a mode that reshapes, a second hand that reshapes, a
-// material that does not exist, a reshaping mode next to a protected region.
+// Returns Ok, or one sentence that says why no stroke can have these settings. Rejects: an invalid
+// tool, symmetry or brush; a material that does not exist; a second hand that reshapes; an editing
+// second hand with a mode that reshapes; a reshaping mode with a protected region.
 Status check_stroke(const StrokeSettings& settings, const NoGo* no_go);
 
 class StrokePlayer {
  public:
-  // The first hand and its tool are at `start`. The model must outlive the player.
+  // Places the first hand and its tool at `start`. The model must outlive the player.
   StrokePlayer(TriDexel& model, const Pose& start, const SeriesSpring& spring)
       : first_(model, start, spring), reshape_(model), model_(model) {}
 
@@ -42,56 +43,59 @@ class StrokePlayer {
   }
   bool has_second() const { return second_.has_value(); }
 
-  // Results do not depend on the number of threads.
+  // Number of threads. Results do not depend on it.
   void set_threads(int threads);
-  // What is not cut; null: nothing. It must outlive the player, or be taken away.
+  // Sets the protected region, which is not cut; null: none. The region must outlive the player or
+  // be unset first.
   void set_no_go(const NoGo* no_go);
-  // The direction of the wood's fibres; null: none. It must outlive the player, or be taken away.
+  // Sets the direction of the wood's fibres; null: none. It must outlive the player or be unset
+  // first.
   void set_grain(const Grain* grain);
-  // The model changed under the tools, or a tool its shape: a sprung tool waits until it is clear.
+  // Call this when the model changed under the tools, or when a tool changed its shape. A tool on a
+  // spring then waits until it is clear.
   void disengage(bool second = false) { hand(second).disengage(); }
 
-  // Starts a stroke where the hands are. Errors: those of check_stroke.
+  // Starts a stroke at the current poses of the hands. Errors: those of check_stroke.
   Status begin(const StrokeSettings& settings);
   const StrokeSettings& settings() const { return settings_; }
 
-  // Where a hand's tool is, and where the hand is (model `series`; else the same).
+  // Pose of a hand's tool, and pose of the hand. They differ only in model `series`.
   const Pose& tool_pose(bool second = false) const { return hand(second).pose(); }
   const Pose& hand_pose(bool second = false) const { return hand(second).hand(); }
 
-  // Moves a hand to `tip_mm` and turns it by `turn_rad` (rotation vector), or moves it to a pose;
-  // the first hand comes first in each tick. Errors: those of HandTool::move, after which the
-  // stroke can go on; those of ReshapeStroke::advance, after which failed() is true.
+  // Moves a hand to `tip_mm` and turns it by `turn_rad` (rotation vector), or moves it to a pose.
+  // In each tick, move the first hand first. Errors: those of HandTool::move, after which the
+  // stroke can continue; those of ReshapeStroke::advance, after which failed() is true.
   Result<ToolTick> move(const Vec3& tip_mm, const Vec3& turn_rad, bool second = false);
-  // A tick in which the hand stays where it is.
+  // A tick in which the hand does not move.
   Result<ToolTick> rest(bool second = false) {
     return move(hand_pose(second).tip, Vec3::Zero(), second);
   }
   Result<ToolTick> move_to(const Pose& pose);
-  // The record of the second hand's place, for the start of a stroke of both hands.
-  StrokeTick second_place() const { return {PutTick{tool_pose(true)}, true}; }
-  // The record of the last move().
-  StrokeTick recorded(bool second = false) const;
-  // Ends the stroke: a warp is computed where the tool is, pending clay comes back. Adds to `last`,
-  // which is the last tick's result, what that changed. Returns the tick to record, if the mode has
-  // one (ends_apart). Errors: as of move().
-  Result<std::optional<StrokeTick>> end(ToolTick& last);
-  // An error has left part of a tick in the model: only going back helps.
+  // Record of the second hand's pose, for the start of a stroke of both hands.
+  RecordedTick second_place() const { return {PutTick{tool_pose(true)}, true}; }
+  // Record of the last move().
+  RecordedTick recorded(bool second = false) const;
+  // Ends the stroke. Computes a warp at the tool's pose, or returns pending clay. Adds these
+  // changes to `last`, the result of the last tick. Returns the tick to record, if the mode has one
+  // (ends_apart). Errors: those of move().
+  Result<std::optional<RecordedTick>> end(ToolTick& last);
+  // True if an error left part of a tick in the model. The caller must restore an earlier state.
   bool failed() const { return failed_; }
   // Clay that found no room so far [mm^3].
-  double owed_mm3() const { return reshape_.owed_mm3(); }
+  double pending_mm3() const { return reshape_.pending_mm3(); }
 
-  // Plays a recorded tick. Errors: as of move(); a tick of a second hand that the settings lack.
-  Result<ToolTick> play(const StrokeTick& tick);
-  // The record is over, perhaps in the middle of the stroke.
+  // Plays a recorded tick. Errors: those of move(); a tick of a second hand that the settings lack.
+  Result<ToolTick> play(const RecordedTick& tick);
+  // Call this when the record ends, possibly in the middle of the stroke.
   Status finish_record();
-  // What the last play() cut or put down, by material, images included; null if it did not.
+  // Volume that the last play() cut or deposited, by material, images included. Null if none.
   const Removed* played() const { return played_; }
 
  private:
   HandTool& hand(bool second) { return second ? *second_ : first_; }
   const HandTool& hand(bool second) const { return second ? *second_ : first_; }
-  // What a hand does in a tick of this stroke; a second hand that has no part in it only moves.
+  // Input of a hand's tick in this stroke. A second hand without settings only moves.
   ToolUse use_of(bool second) const;
   Status reshape(ToolTick& tick, const Pose& before, bool computes = false);
   Status end_reshaping(ToolTick& tick);

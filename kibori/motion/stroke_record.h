@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A recorded stroke: the settings that all of its ticks share, and each tick's motion. Played by a
-// StrokePlayer, it gives the same model, bit for bit.
+// A recorded stroke: the settings that all of its ticks share, and each tick's motion. A
+// StrokePlayer that plays the record rebuilds the same model, bit for bit.
 #pragma once
 
 #include <cstdint>
@@ -24,34 +24,34 @@ namespace kibori {
 // A hand moved its tool.
 struct MoveTick {
   Vec3 tip = Vec3::Zero();   // [mm] of the tool, at the end of the tick
-  Vec3 turn = Vec3::Zero();  // [rad] by which the tool turned: rotation vector
-  bool edits = false;        // the tool worked on its path; else it only moved
-  // Force model `series`: from the tool to the hand. It stretches the spring.
+  Vec3 turn = Vec3::Zero();  // [rad] rotation vector of the tool's turn
+  bool edits = false;        // the tool edited along its path; false: it only moved
+  // Force model `series`: stretch of the spring, from the tool to the hand.
   Vec3 stretch_mm = Vec3::Zero();
   Vec3 stretch_rad = Vec3::Zero();
-  // A warp was computed in this tick, however little the hand had moved. Model `paper` takes its
+  // A warp was computed in this tick, even if the hand hardly moved. Model `paper` derives its
   // force from that.
   bool computes = false;
 };
 
-// A hand's tool was put there, without a path.
+// A hand's tool was placed here, without a path.
 struct PutTick {
   Pose pose;
 };
 
-// The end of a stroke whose mode ends_apart(): pending material of a press comes back, a wheel
-// meets the tool for the last time. The tool stays at its place.
+// End of a stroke whose mode ends_apart(): a press returns its pending material, a wheel meets the
+// tool for the last time. The tool does not move.
 struct EndTick {
   Vec3 tip = Vec3::Zero();  // [mm]
 };
 
-struct StrokeTick {
+struct RecordedTick {
   std::variant<MoveTick, PutTick, EndTick> what;
-  bool second = false;  // of the second hand, after the first hand's
+  bool second = false;  // of the second hand; follows the first hand's tick
 };
 
-// Every number of it is finite.
-inline bool is_finite(const StrokeTick& tick) {
+// True if all numbers are finite.
+inline bool is_finite(const RecordedTick& tick) {
   if (const auto* const move = std::get_if<MoveTick>(&tick.what))
     return move->tip.allFinite() && move->turn.allFinite() && move->stretch_mm.allFinite() &&
            move->stretch_rad.allFinite();
@@ -67,10 +67,10 @@ struct StrokeForce {
   bool series() const { return law.model == ForceModel::series; }
 };
 
-// Another hand that works at the same time, on the same body.
+// A second hand that works at the same time on the same body.
 struct StrokeHand {
   Tool tool = BallTool{};
-  Mode mode = Mode::cut;  // cut, deposit or touch
+  Mode mode = Mode::cut;  // cut, deposit, touch or off
   uint8_t material = 0;   // of a deposit
   StrokeForce force;
 };
@@ -84,10 +84,10 @@ struct StrokeSettings {
   double rate_hz = 1000;
   Symmetry symmetry;
   Brush brush = {};  // of a mode that reshapes
-  BodyId body = 1;   // that it works on
+  BodyId body = 1;   // the body that is carved
   Crumbs crumbs = Crumbs::stay;
   std::optional<StrokeHand> second = std::nullopt;
-  std::string device = {};  // that the hand held; empty: none
+  std::string device = {};  // name of the force device; empty: none
 
   std::optional<Mode> second_mode() const {
     return second ? std::optional(second->mode) : std::nullopt;

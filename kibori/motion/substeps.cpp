@@ -31,7 +31,7 @@ double pieces_needed(const Tool& tool, const ToolMotion& motion, const Lattice& 
   const double scale = 1 / lattice.pitch_mm, angle = std::sqrt(motion.turn_rad.squaredNorm());
   double stray = 0;
   if (motion.turns()) {
-    // Points beyond the lattice meet nothing, so they may stray.
+    // Points beyond the lattice meet no material, so their deviation does not matter.
     double reach = 0;
     for (int corner = 0; corner < 8; corner++) {
       Vec3 p = Vec3::Zero();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A motion that turns, as straight substeps: each shifts without turning, at its middle
-// orientation, short enough that no point of the tool strays further than kTurnTolerance from its
-// true arc.
+// Splits a motion that turns into straight substeps. Each substep translates without rotation, at
+// its middle orientation. No point of the tool deviates from its true arc by more than
+// kTurnTolerance.
 #pragma once
 
 #include <kibori/base/result.h>
@@ -11,25 +11,25 @@
 
 namespace kibori {
 
-// From `start`, the tip shifts by travel_mm while the tool turns about it by turn_rad (rotation
-// vector).
+// A motion from `start`: the tip moves by travel_mm while the tool turns about it by turn_rad
+// (rotation vector).
 struct ToolMotion {
   Pose start;
   Vec3 travel_mm = Vec3::Zero();
   Vec3 turn_rad = Vec3::Zero();
 
   bool turns() const;
-  // The pose a share of the way along, 0..1.
+  // Pose at a share of the motion, 0..1.
   Pose at(double share) const;
-  // The same motion, ending a share of the way along.
+  // The same motion, cut off at a share of it.
   ToolMotion part(double share) const { return {start, travel_mm * share, turn_rad * share}; }
-  // Where substep i of `substeps` starts, in the orientation it keeps.
+  // Start pose of substep i of `substeps`, in the orientation that the substep keeps.
   Pose substep(int i, int substeps) const;
 };
 
-// How many substeps it takes; infinite where the motion is not finite.
+// Number of substeps that the motion needs; infinite if the motion is not finite.
 double pieces_needed(const Tool& tool, const ToolMotion& motion, const Lattice& lattice);
-// Errors: more substeps than kMaxTurnSubsteps.
+// Number of substeps as an integer. Errors: more than kMaxTurnSubsteps.
 Result<int> substeps_of(const Tool& tool, const ToolMotion& motion, const Lattice& lattice);
 
 }  // namespace kibori

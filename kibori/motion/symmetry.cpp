@@ -9,10 +9,11 @@
 namespace kibori {
 namespace {
 
-// Two images whose matrices differ by less are one: a half turn and two mirrors, for example.
+// Images whose matrices differ by less are the same: for example a half turn and two mirrors.
 constexpr double kAlike = 1e-9;
 
-// A turn about an axis by k of n parts. Quarter turns are exact, so that rays have rays for images.
+// Turn about an axis by k of n parts. Quarter turns are exact, so that images of rays coincide with
+// rays.
 Mat3 part_of_turn(Axis axis, int k, int n) {
   const auto exact = [](double x) {
     const double whole = std::round(x);
@@ -69,7 +70,7 @@ Pose image_of(const Pose& pose, const Tool& tool, const Vec3& centre_mm,
   Pose seen;
   seen.tip = image_of(pose.tip, centre_mm, image);
   seen.frame = image.turn * pose.frame;
-  // A mirror makes a left-handed frame; the tool's own symmetry turns it back.
+  // A mirror makes the frame left-handed. The tool's own symmetry makes it right-handed again.
   if (image.mirrors && !std::holds_alternative<MeshTool>(tool))
     seen.frame.col(0) = -seen.frame.col(0);
   return seen;

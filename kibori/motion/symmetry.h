@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Symmetry of a stroke: what the tool does on one side, its images do on the others, tick by tick.
-// SymmetryImages are mirrored in planes, turned about an axis, or both. Force is felt by the hand's
-// own tool alone.
+// Symmetry of a stroke: images of the tool repeat each of its ticks. An image is mirrored in
+// planes, turned about an axis, or both. Only the hand's own tool causes a force.
 #pragma once
 
 #include <array>
@@ -14,12 +13,12 @@
 
 namespace kibori {
 
-// The most images about an axis: a tick of the servo cuts them all.
+// Maximum number of parts about an axis. A tick of the servo cuts all of their images.
 inline constexpr int kMaxFold = 16;
 
 struct Symmetry {
   std::array<bool, 3> planes{};   // normal to x, y, z
-  Vec3 centre_mm = Vec3::Zero();  // a point of all planes, and of the axis
+  Vec3 centre_mm = Vec3::Zero();  // a point on all planes and on the axis
   int fold = 1;                   // equal parts of a full turn about the axis; 1: no turn
   Axis axis = Axis::z;
 
@@ -28,19 +27,19 @@ struct Symmetry {
   bool operator==(const Symmetry&) const = default;
 };
 
-// Ok, or a sentence: a centre that is not finite, a fold that is not 1 ... kMaxFold.
+// Returns Ok, or an error if the centre is not finite or the fold is not 1 ... kMaxFold.
 Status check_symmetry(const Symmetry& symmetry);
 
-// The middle of the lattice [mm], where rays have rays for images.
+// Centre of the lattice [mm]. There, images of rays coincide with rays.
 Vec3 centre_of(const Lattice& lattice);
 
-// Where an image is: x goes to centre + turn (x - centre).
+// Map of an image: x maps to centre + turn (x - centre).
 struct SymmetryImage {
   Mat3 turn = Mat3::Identity();
   bool mirrors = false;  // the determinant of `turn` is -1
 };
 
-// The images of a symmetry, without the tool itself; no two are alike. Takes no memory.
+// The images of a symmetry, without the tool itself. All are different. Allocates no memory.
 class SymmetryImages {
  public:
   SymmetryImages() = default;
@@ -57,8 +56,9 @@ class SymmetryImages {
   Vec3 centre_mm_ = Vec3::Zero();
 };
 
-// A place, a pose of the tool, and its motion, as an image has them. Where the image mirrors, the
-// frame of a mesh is left-handed; every other tool is its own image in its local yz plane.
+// Image of a position, of a pose of the tool, and of its motion. If the image mirrors, the frame of
+// a mesh is left-handed. Every other tool is symmetric about its local yz plane, so its frame stays
+// right-handed.
 Vec3 image_of(const Vec3& place_mm, const Vec3& centre_mm, const SymmetryImage& image);
 Pose image_of(const Pose& pose, const Tool& tool, const Vec3& centre_mm,
               const SymmetryImage& image);

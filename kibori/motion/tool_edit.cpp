@@ -1,10 +1,39 @@
 // SPDX-License-Identifier: MIT
 #include <kibori/motion/tool_edit.h>
 
+#include <algorithm>
+#include <utility>
+
 namespace kibori {
+namespace {
+
+// Longest path of a tick [cells]. A blade with a huge reach that turns is beyond it.
+constexpr double kMaxPathCells = 1e9;
+
+// Threshold for "mostly turns": the squared ratio of the farthest point's displacement by the turn
+// to that by the shift. Below it, the direction of the shift decides which rays cause no ripple.
+// Without it, the force on a blade that turns slowly in a bend would vary by its own size.
+constexpr double kTurnDominance = 16;
+
+}  // namespace
+
+double path_cells(const Tool& tool, const TickMotion& tick, double pitch_mm) {
+  double path = std::sqrt(tick.travel.squaredNorm());
+  const double turn = std::sqrt(tick.turn.squaredNorm());
+  if (turn > 0) path += 0.5 * turn * reach_mm(tool);
+  return std::min(path / pitch_mm, kMaxPathCells);
+}
+
+Vec3 ray_weights(const ToolMotion& motion, double reach_mm) {
+  const double length2 = motion.travel_mm.squaredNorm();
+  if (!(length2 > 0) ||
+      motion.turn_rad.squaredNorm() * reach_mm * reach_mm > kTurnDominance * length2)
+    return Vec3::Constant(1.0 / 3);
+  return motion.travel_mm.cwiseAbs2() / length2;
+}
 
 Motion sums_of(const ToolMotion& motion, const Pose& end, const Lattice& lattice,
-               const Grain* grain, bool passing) {
+               const Grain* grain, bool chip) {
   return {lattice.to_lattice(end.tip),
           motion.turns(),
           lattice.vector_to_lattice(motion.travel_mm),
@@ -12,14 +41,15 @@ Motion sums_of(const ToolMotion& motion, const Pose& end, const Lattice& lattice
           end.axis(),
           grain,
           grain ? grain->across2(motion.travel_mm) : 1,
-          passing && motion.travel_mm.squaredNorm() > 0};
+          nullptr,
+          chip};
 }
 
 void ToolEdit::sweep(const Tool& tool, const ToolMotion& motion, const Pose& end, int substeps,
                      bool deposits, uint8_t material, int threads, bool clear, Removed& removed) {
   const Lattice& lattice = model_.lattice();
-  const EditOptions options{sums_of(motion, end, lattice, grain_, passing_ && &removed != &images_),
-                            threads};
+  EditOptions options{sums_of(motion, end, lattice, grain_, chip_), threads};
+  if (chip_) options.motion.length_weights = ray_weights(motion, reach_mm(tool));
   for (int i = 0; i < substeps; i++) {
     const SweptTool sweep(tool, motion.substep(i, substeps), motion.travel_mm / substeps, lattice,
                           clear && i == 0);
@@ -34,15 +64,16 @@ void ToolEdit::sweep(const Tool& tool, const ToolMotion& motion, const Pose& end
 
 void ToolEdit::run(const Tool& tool, const ToolMotion& motion, const Pose& end, int substeps,
                    bool deposits, uint8_t material, int threads, Removed& removed) {
-  const bool turns = motion.turns(),
-             clear = !deposits && !turns && stands_clear(tool, motion.start);
+  const bool turns = motion.turns(), clear = !deposits && !turns && is_clear(tool, motion.start);
   sweep(tool, motion, end, substeps, deposits, material, threads, clear, removed);
   images_.reset();
+  const bool chip = std::exchange(chip_, false);  // the chip is that of the tool's own cut only
   for (const SymmetryImage& image : symmetry_)
     sweep(tool, image_of(motion, tool, symmetry_.centre_mm(), image),
           image_of(end, tool, symmetry_.centre_mm(), image), substeps, deposits, material, threads,
           false, images_);
-  // Beside what is not cut, material may be left where the tool stands.
+  chip_ = chip;
+  // Next to the protected region, material may remain where the tool is.
   if (deposits || turns || no_go_) return forget();
   clear_generation_ = model_.generation();
   clear_tool_ = tool;

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-// The one way a motion of the tool becomes an edit of the model, by a hand, a script or a replay:
+// Converts a motion of the tool into an edit of the model. Hands, scripts and replays all use it:
 // the same motions in the same order leave the same bytes.
 #pragma once
 
 #include <kibori/dexel/tri_dexel.h>
 #include <kibori/edit/edit.h>
+#include <kibori/haptics/force.h>
 #include <kibori/motion/substeps.h>
 #include <kibori/motion/symmetry.h>
 #include <kibori/solid/no_go.h>
@@ -12,50 +13,60 @@
 
 namespace kibori {
 
-// How sums over an edit are taken: about the tip at the end, and where the tool turns by each
-// element's own way; `grain`: of wood that is felt, or null; `passing`: as of Motion.
+// How an edit computes its sums: about the tip at the end. If the tool turns, each element uses its
+// own displacement. `grain`: of wood with grain, or null. `chip`: see Motion::chip.
 Motion sums_of(const ToolMotion& motion, const Pose& end, const Lattice& lattice,
-               const Grain* grain, bool passing = false);
+               const Grain* grain, bool chip = false);
+
+// Path length of a tick [cells], over which forces are averaged. A turn counts as the path of a
+// point at half the tool's reach.
+double path_cells(const Tool& tool, const TickMotion& tick, double pitch_mm);
+
+// Weights of the three fields where lengths of rays stand for volumes (Motion::along). They are the
+// squared direction cosines of the motion, so that the reached length grows evenly. They are equal
+// if the motion is mostly a turn.
+Vec3 ray_weights(const ToolMotion& motion, double reach_mm);
 
 class ToolEdit {
  public:
   explicit ToolEdit(TriDexel& model) : model_(model) {}
 
-  // Whose images do the same; check_symmetry has passed.
+  // Images of the tool make the same edits. Precondition: check_symmetry accepted `symmetry`.
   void set_symmetry(const Symmetry& symmetry) { symmetry_ = SymmetryImages(symmetry); }
 
-  // What is not cut; null: nothing. It must outlive what is run.
+  // Sets the protected region, which is not cut; null: none. It must outlive every run().
   void set_no_go(const NoGo* no_go) {
     no_go_ = no_go;
     forget();
   }
   const NoGo* no_go() const { return no_go_; }
 
-  // How the model's wood is felt; null: as its materials' u alone. It must outlive what is run.
+  // Sets how the wood's grain changes the cutting force; null: the force uses each material's u
+  // alone. It must outlive every run().
   void set_grain(const Grain* grain) { grain_ = grain; }
   const Grain* grain() const { return grain_; }
 
-  // Whether what resists is summed as what the tool's surface passes (Motion::passing); else not.
-  void set_passing(bool passing) { passing_ = passing; }
-  bool passing() const { return passing_; }
+  // Sets whether edits also sum the quantities for the chip's shape (Motion::chip).
+  void set_chip(bool chip) { chip_ = chip; }
+  bool chip() const { return chip_; }
 
-  // Sweeps the tool along `motion` to `end` in so many substeps (see substeps_of) and cuts, or
-  // where `deposits` is set puts down `material`. Adds to `removed`; what the images did is in
-  // images().
+  // Sweeps the tool along `motion` to `end` in `substeps` substeps (see substeps_of). Cuts, or
+  // deposits `material` if `deposits` is set. Adds the result to `removed`; images() returns what
+  // the images did.
   void run(const Tool& tool, const ToolMotion& motion, const Pose& end, int substeps, bool deposits,
            uint8_t material, int threads, Removed& removed);
 
-  // What the images of the last run removed or added.
+  // Volume that the images of the last run removed or added.
   const Removed& images() const { return images_; }
 
-  // Whether the tool there is known to stand in no material: where its own last cut ended, and
-  // nothing has changed since.
-  bool stands_clear(const Tool& tool, const Pose& pose) const {
+  // True if the tool at `pose` is known to be clear of material: its own last cut ended there, and
+  // the model has not changed since.
+  bool is_clear(const Tool& tool, const Pose& pose) const {
     return clear_generation_ == model_.generation() && tool == clear_tool_ &&
            pose.tip == clear_pose_.tip && pose.frame == clear_pose_.frame;
   }
-  // Nothing is known any more: at the beginning of a stroke, so that it does not depend on what was
-  // before.
+  // Clears this knowledge. A stroke calls it at its beginning, so that it does not depend on
+  // earlier edits.
   void forget() { clear_generation_ = kNever; }
 
  private:
@@ -66,7 +77,7 @@ class ToolEdit {
   TriDexel& model_;
   const NoGo* no_go_ = nullptr;
   const Grain* grain_ = nullptr;
-  bool passing_ = false;
+  bool chip_ = false;
   SymmetryImages symmetry_;
   Removed images_;
   uint64_t clear_generation_ = kNever;

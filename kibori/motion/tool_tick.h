@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a tool does in one tick, and what comes of it: the same for a DirectTool and a SpringTool.
+// Result of one tick of a tool, for both DirectTool and SpringTool.
 #pragma once
 
 #include <cstdint>
@@ -12,24 +12,24 @@
 namespace kibori {
 
 struct ToolTick {
-  // Of the tool: where its tip ended, and by how much it moved and turned.
-  Tick motion;
+  // Of the tool: position of its tip at the end, displacement and turn.
+  TickMotion motion;
   Pose pose;  // of the tool, at the end
-  // N, N mm about the tip: DirectTool: on the tool. SpringTool: on the hand.
+  // [N, N mm about the tip] DirectTool: on the tool. SpringTool: on the hand.
   Wrench wrench;
   Vec3 stretch_mm = Vec3::Zero();  // SpringTool: of the spring that makes the wrench (see pull_of)
   double removed_mm3 = 0;          // negative: deposited
   // Lattice nodes that were removed or added: K of force model `paper`.
   int64_t points = 0;
-  bool edited = false;    // the way was cut or filled: replayed, it must be again
+  bool edited = false;    // the path was cut or filled; a replay must do the same
   bool touching = false;  // SpringTool: material holds the tool back
   bool cutting = false;   // SpringTool: material was cut
-  // SpringTool: the tool stands in material and waits to be pulled out.
+  // SpringTool: the tool is inside material and waits to be pulled out.
   bool inside = false;
   bool clipped = false;  // a deposit reached beyond the lattice
 };
 
-// A tick in which the tool only moves, and ends exactly at `tip_mm`.
+// Tick in which the tool only moves, and ends exactly at `tip_mm`.
 inline ToolTick moved_tick(const ToolMotion& motion, const Vec3& tip_mm) {
   ToolTick tick;
   tick.pose = motion.at(1);

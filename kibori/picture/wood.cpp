@@ -13,11 +13,12 @@ namespace kibori {
 double ring_contrast(std::string_view material) {
   std::string name(material);
   for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  // By a part of the name; what comes first counts ("limestone" is a stone).
+  // By a part of the name. The first match counts ("limestone" is a stone).
   static constexpr std::pair<std::string_view, double> kContrasts[] = {
-      {"stone", 0},       {"wax", 0},      {"clay", 0},     {"foam", 0}, {"plaster", 0},
-      {"enamel", 0},      {"dentin", 0},   {"pulp", 0},     {"bone", 0}, {"lime", 0.12},
-      {"basswood", 0.12}, {"balsa", 0.25}, {"walnut", 0.6}, {"oak", 1},  {"pine", 1}};
+      {"stone", 0},   {"wax", 0},     {"clay", 0},        {"foam", 0},     {"plaster", 0},
+      {"acrylic", 0}, {"mdf", 0},     {"enamel", 0},      {"dentin", 0},   {"pulp", 0},
+      {"bone", 0},    {"lime", 0.12}, {"basswood", 0.12}, {"balsa", 0.25}, {"walnut", 0.6},
+      {"oak", 1},     {"pine", 1},    {"spruce", 0.9},    {"beech", 0.15}};
   for (const auto& [part, contrast] : kContrasts)
     if (name.find(part) != std::string::npos) return contrast;
   return 0.5;

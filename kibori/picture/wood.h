@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Wood as a solid texture, the same as in web/src/view/wood.ts: change both.
-// Internal to `picture`.
+// Wood as a solid texture. web/src/view/wood.ts has the same texture: change both. Internal to
+// `picture`.
 #pragma once
 
 #include <kibori/geometry/wood.h>

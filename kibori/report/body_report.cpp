@@ -18,11 +18,11 @@ namespace {
 
 nlohmann::ordered_json list(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
 
-// Points of its surface that are measured from.
+// Number of points on its surface from which distances are measured.
 constexpr int64_t kRemainsSamples = 100000;
 
 Result<std::optional<Remains>> remains_of(const Body& body, const Surface& surface,
-                                          const Bodies& bodies, int threads) {
+                                          const BodyList& bodies, int threads) {
   std::optional<Remains> none;
   if (body.no_go || surface.triangles.empty()) return none;
   const Result<std::shared_ptr<const NoGo>> no_go = no_go_of(bodies, body.id);
@@ -36,18 +36,17 @@ Result<std::optional<Remains>> remains_of(const Body& body, const Surface& surfa
                        kRemainsSamples, threads);
   if (!distance) return Error{distance.error()};
   return std::optional<Remains>(
-      {std::max(0.0, body.model.volume_mm3() - within.mean_volume() * h * h * h),
-       distance.value()});
+      {std::max(0.0, body.model.volume_mm3() - within.volume() * h * h * h), distance.value()});
 }
 
 }  // namespace
 
-Result<std::vector<BodyReport>> report_bodies(const std::vector<Body>& some, const Bodies& all,
+Result<std::vector<BodyReport>> report_bodies(const std::vector<Body>& some, const BodyList& all,
                                               const std::vector<Material>& materials, int threads) {
   std::vector<BodyReport> reports;
   std::vector<double> densities;
   densities.reserve(materials.size() + 1);
-  for (const Material& m : materials) densities.push_back(density_of(m.name));
+  for (const Material& m : materials) densities.push_back(m.density_kg_m3);
   if (densities.empty()) densities.push_back(0);
   for (const Body& body : some) {
     BodyReport report;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What can be said of each body of a document.
+// Properties of each body of a document, as text and as JSON.
 #pragma once
 
 #include <optional>
@@ -14,31 +14,36 @@
 
 namespace kibori {
 
-// What a carver who works towards what may not be cut has still to take away: of a body, outside
-// all that is no-go, and how far its surface is from that.
+// The material that a carver must still remove to reach a protected shape. It is the part of a body
+// outside all protected bodies, and the distance of its surface from them.
 struct Remains {
   double volume_mm3 = 0;
   Distance distance;
 };
 
+// The properties of one body.
 struct BodyReport {
   Body body;
   double volume_mm3 = 0;
   MassProperties mass;             // in the body's own coordinates
-  size_t pieces = 0;               // that hang together
+  size_t pieces = 0;               // number of connected pieces
   MeshInfo mesh;                   // of its surface, in the body's own coordinates
-  std::optional<Remains> remains;  // nothing is no-go: none
+  std::optional<Remains> remains;  // nullopt if no body is protected
 };
-// Of some bodies among all; their materials are known by name, or not. Errors: as of no_go_of and
-// distance_from_to.
-Result<std::vector<BodyReport>> report_bodies(const std::vector<Body>& some, const Bodies& all,
+// Reports on `some` of the bodies in `all`. Densities are found by the names of the materials.
+// Errors: see no_go_of and distance_from_to.
+Result<std::vector<BodyReport>> report_bodies(const std::vector<Body>& some, const BodyList& all,
                                               const std::vector<Material>& materials, int threads);
 
+// A table for people.
 std::string bodies_text(const std::vector<BodyReport>& reports);
-// A list of objects: id, name, volume_mm3, mass_g (null: of one of its materials the density is not
-// known), centre_mm (of gravity, in the world), closed, manifold, pieces, triangles, area_mm2,
-// bounds_mm, pose, visible, locked, no_go, hash, and where there is what remains, remains_mm3,
-// remains_max_mm, remains_mean_mm.
+// Writes a list of objects with these members:
+//   id, name, volume_mm3
+//   mass_g        null if the density of one of its materials is unknown
+//   centre_mm     centre of gravity, in the world
+//   closed, manifold, pieces, triangles, area_mm2, bounds_mm
+//   pose, visible, locked, no_go, hash
+//   remains_mm3, remains_max_mm, remains_mean_mm    only if a body is protected
 std::string bodies_json_text(const std::vector<BodyReport>& reports);
 
 }  // namespace kibori

@@ -19,8 +19,8 @@ namespace {
 Result<Converted> of_document(const std::filesystem::path& in, const ConvertOptions& options) {
   const Result<std::unique_ptr<Document>> document = Document::open(in, Document::Access::read);
   if (!document) return Error{document.error()};
-  if (options.warning && !document.value()->missing().empty())
-    options.warning(document.value()->missing());
+  if (options.warning)
+    for (const std::string& note : document_notes(*document.value())) options.warning(note);
   ReplayOptions replay;
   replay.pitch_mm = options.pitch_mm;
   replay.carve.threads = options.threads;
@@ -44,13 +44,16 @@ Result<Converted> of_document(const std::filesystem::path& in, const ConvertOpti
 Result<Converted> into_dexels(const std::filesystem::path& in, const ConvertOptions& options) {
   if (is_document(in)) return of_document(in, options);
   Result<TriangleMesh> mesh = Error{};
+  std::vector<std::string> notes;
   if (options.relief) {
     const double pitch = options.pitch_mm.value_or(options.relief->width_mm / 256);
     mesh = read_relief(in, *options.relief, pitch);
   } else {
-    mesh = read_mesh(in);
+    mesh = read_mesh(in, &notes);
   }
   if (!mesh) return Error{mesh.error()};
+  if (options.warning)
+    for (const std::string& note : notes) options.warning(note);
   const double longest = mesh.value().bounds().size().maxCoeff();
   if (!(longest > 0)) return Error{in.string() + ": has no extent"};
   Converted converted;
@@ -59,17 +62,17 @@ Result<Converted> into_dexels(const std::filesystem::path& in, const ConvertOpti
   Result<MeshStock> stock = stock_of_mesh(mesh.value(), converted.pitch_mm, 2 * converted.pitch_mm,
                                           0, options.threads, options.force);
   if (!stock) return Error{in.string() + ": " + stock.error()};
-  if (stock.value().report.repaired() && options.warning)
-    options.warning(in.string() + ": " + stock.value().report.warning());
+  const std::string warning = stock.value().warning();
+  if (!warning.empty() && options.warning) options.warning(in.string() + ": " + warning);
   converted.model = std::move(stock.value().model);
-  if (!(converted.model->volume_mm3() > 0))
+  if (converted.model->empty())
     return Error{in.string() + ": holds no material at this pitch; use a finer one"};
   return converted;
 }
 
 namespace {
 
-// The surface of a model; counts its triangles.
+// Sends the surface of a model and counts its triangles.
 void send_model(const Snapshot& model, double tolerance_mm, int threads, const SurfaceSink& sink,
                 size_t& triangles) {
   const SurfaceSink counting = [&](const SurfacePart& part) {

@@ -14,7 +14,7 @@
 namespace kibori {
 namespace {
 
-constexpr size_t kMaxStale = 10000;  // more layers than a lattice has
+constexpr size_t kMaxStale = 10000;  // exceeds the maximum number of layers of a lattice
 
 std::string layer_name(size_t number, const char* ending) {
   char name[40];
@@ -85,7 +85,7 @@ Result<int> write_layers(const std::filesystem::path& folder, const Snapshot& mo
       options.progress(static_cast<double>(++done) / static_cast<double>(layers.size()));
   });
   if (!wrong) return Error{wrong.error()};
-  // Of an earlier stack with more layers, or in the other format, nothing must stay.
+  // Removes the layers of an earlier stack that had more layers or another format.
   for (size_t i = 1; i <= kMaxStale; i++)
     for (const char* ending : {"svg", "png"}) {
       const bool ours =

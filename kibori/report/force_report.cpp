@@ -12,7 +12,7 @@
 namespace kibori {
 namespace {
 
-// Characters of a UTF-8 text: bytes but for those that go on with one.
+// Number of characters of a UTF-8 text: all bytes except continuation bytes.
 int64_t letters(const std::string& text) {
   return std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xc0) != 0x80; });
 }
@@ -26,7 +26,7 @@ __attribute__((format(printf, 2, 3))) void append(std::string& to, const char* f
   to.append(text, static_cast<size_t>(std::clamp(length, 0, static_cast<int>(sizeof text) - 1)));
 }
 
-// A step of 1, 2 or 5 times a power of ten that cuts `range` into at most `parts`.
+// A step of 1, 2 or 5 times a power of ten that divides `range` into at most `parts`.
 double nice_step(double range, int parts) {
   const double raw = range / parts, power = std::pow(10, std::floor(std::log10(raw)));
   for (const double m : {1.0, 2.0, 5.0})
@@ -41,7 +41,7 @@ std::string number_text(double value, double step) {
   return text;
 }
 
-// Three digits, or all before the point.
+// Three digits, or all digits before the point.
 std::string size_text(double value) {
   char text[32];
   std::snprintf(text, sizeof text, std::abs(value) >= 100 ? "%.0f" : "%.3g", value);
@@ -55,7 +55,7 @@ struct Series {
   std::function<double(const TraceRow&)> value;
 };
 
-// Colour-blind-safe (Okabe and Ito).
+// Safe for colour-blind readers (Okabe and Ito).
 constexpr const char *kBlack = "#222222", *kOrange = "#d55e00", *kBlue = "#0072b2",
                      *kGreen = "#009e73";
 
@@ -66,11 +66,11 @@ struct Panel {
   std::vector<Series> series;
 };
 
-// As web/src/forces/robust.ts: of the ticks with any force so many fit in, with some room above; a
-// largest value that is not much higher is shown whole.
+// Same values as web/src/forces/robust.ts. The scale fits kShare of the ticks with any force, and
+// has some room above. A maximum that is not much higher is shown completely.
 constexpr double kShare = 0.99, kRoom = 1.15, kWorth = 1.5;
 
-// How far a scale goes that shows these sizes and is not flattened by a few spikes.
+// The end of a scale that shows these values and is not dominated by a few spikes.
 double reach(std::vector<double>& sizes) {
   if (sizes.empty()) return 0;
   const double largest = *std::max_element(sizes.begin(), sizes.end());
@@ -87,8 +87,8 @@ class Plot {
       : carving_(carving), note_(std::move(note)) {
     const double end = carving.trace.empty() ? 1 : carving.trace.back().time_s;
     t_max_ = std::max(end, 1e-6);
-    // Ticks that fall on one point of the picture are drawn as their mean, with their range as a
-    // pale band.
+    // Ticks that share one point of the picture are drawn as their mean. Their range is a pale
+    // band.
     window_ = std::max<size_t>(1, carving.trace.size() / 700);
     append(svg_,
            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 %d %d\" width=\"%d\" "
@@ -170,15 +170,15 @@ class Plot {
     return std::move(svg_) + "</svg>\n";
   }
 
-  // Labels over the first panel, spread where they would run into each other: to the right first,
-  // then back from the edge.
+  // Labels over the first panel. Labels that would overlap are moved to the right first, then back
+  // from the edge.
   void marks(double y) {
     marks_ = contact_marks(carving_);
     struct Label {
       double x, half;  // middle, half the width
     };
     std::vector<Label> labels;
-    double free = -1e9;  // where the label before ends
+    double free = -1e9;  // the end of the label before
     for (const Mark& mark : marks_) {
       const double half =
           std::max(10.5, kLetterWidth / 2 * static_cast<double>(letters(mark.label)) + 2);
@@ -235,10 +235,10 @@ class Plot {
                 "\" stroke-width=\"" + number_text(s.width, 0.1) +
                 "\" stroke-linejoin=\"round\"/>\n");
   }
-  // What leaves the scale: a triangle where the panel ends, with the largest of what is near it.
+  // Values beyond the scale: a triangle at the edge of the panel, with the largest value near it.
   void spikes(const Series& s, double low, double high, double top, double bottom,
               const char* unit) {
-    constexpr double kApart = 8, kNumber = 56;  // of spikes, and of their numbers [px]
+    constexpr double kApart = 8, kNumber = 56;  // distances of spikes, and of their numbers [px]
     struct Spike {
       double x, value;
     };
@@ -251,7 +251,7 @@ class Plot {
       else if (std::abs(value) > std::abs(found.back().value))
         found.back() = {x, value};
     }
-    double free = kLeft;  // where the number before ends
+    double free = kLeft;  // the end of the number before
     for (const Spike& spike : found) {
       const bool up = spike.value > 0;
       append(svg_,
@@ -271,7 +271,7 @@ class Plot {
   void append_long(const std::string& text) { svg_ += text; }
 
   const Carving& carving_;
-  std::string note_;  // below
+  std::string note_;  // below the plot
   std::string svg_;
   std::vector<Mark> marks_;
   double t_max_ = 1;
@@ -288,7 +288,7 @@ bool two_hands(const Carving& carving) {
 }  // namespace
 
 std::vector<Mark> contact_marks(const Carving& carving) {
-  // Only places named by a letter, as in the paper: words with primes say nothing.
+  // Only places whose label is one letter, as in the paper. A prime after a word has no meaning.
   const auto is_letter = [](const Mark& mark) { return letters(mark.label) == 1; };
   std::vector<Mark> marks = carving.marks, result;
   for (size_t i = 0; i < marks.size(); i++) {
@@ -316,7 +316,7 @@ std::string forces_csv(const Carving& carving) {
   const bool both = two_hands(carving);
   if (both) csv.insert(csv.size() - 1, ",hand");
   const auto put = [&](double time_s, const ToolTick& result, int hand) {
-    const Tick& tick = result.motion;
+    const TickMotion& tick = result.motion;
     const Wrench& w = result.wrench;
     // + 0.0 turns -0 into 0.
     append(csv, "%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%lld,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g",

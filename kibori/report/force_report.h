@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a carving felt like, for people and programs: a CSV of every tick, an SVG plot, a JSON
-// summary.
+// Reports of the forces of a carving: a CSV file with every tick, an SVG plot, and a JSON summary.
 #pragma once
 
 #include <string>
@@ -10,18 +9,18 @@
 
 namespace kibori {
 
-// The marks of a plot: the labels, and between two places labelled by a letter where the tool met
-// the stock its first and last contact, as A' and B'.
+// The marks of a plot: the labels of the path. Between two places with a letter as label, it adds
+// the first and last contact, as A' and B'.
 std::vector<Mark> contact_marks(const Carving& carving);
 
-// time_s,x_mm,y_mm,z_mm,ax,ay,az,removed_mm3,points,fx_N,fy_N,fz_N,mx_Nmm,my_Nmm,mz_Nmm; one row a
-// tick.
+// Columns: time_s,x_mm,y_mm,z_mm,ax,ay,az,removed_mm3,points,fx_N,fy_N,fz_N,mx_Nmm,my_Nmm,mz_Nmm.
+// One row per tick.
 std::string forces_csv(const Carving& carving);
-// What a force model is: a few words for a title, and a sentence for under a plot.
+// Descriptions of a force model: a few words for a title, and a sentence for the text below a plot.
 std::string model_title(const ForceLaw& law);
 const char* model_note(ForceModel model);
-// |F|, |M| and their components over time, the marks on the axis, a note below. The scale is that
-// of most ticks: spikes are cut off where a panel ends, and marked there with their sizes.
+// Plots |F|, |M| and their components over time, with marks on the axis and a note below. The scale
+// fits most ticks. Spikes are cut off at the edge of a panel, and marked there with their values.
 std::string forces_svg(const Carving& carving, const std::string& title, const std::string& note);
 std::string summary_json(const CarveSummary& summary);
 // For people.

@@ -3,14 +3,11 @@
 
 #include <cstdio>
 
-#include <nlohmann/json.hpp>
-
 #include <kibori/base/file.h>
+#include <kibori/base/json.h>
 #include <kibori/document/body_codec.h>
 
 namespace kibori {
-
-using Json = nlohmann::json;
 
 namespace {
 
@@ -62,7 +59,7 @@ std::string history_json(const Document& document) {
                      {"state_hash", hash}});
     if (!step.action) continue;
     if (const Result<BodyAction> action = document.action(id))
-      steps.back()["action"] = Json::parse(action_to_json(action.value()));
+      steps.back()["action"] = parse_json(action_to_json(action.value()));
   }
   for (const auto& [name, at] : document.versions()) versions[name] = at;
   return Json{{"head", document.head()}, {"steps", steps}, {"versions", versions}}.dump(

@@ -8,7 +8,7 @@
 
 namespace kibori {
 
-// The steps and versions, one a line; the head is marked.
+// The steps and versions, one per line. The head is marked.
 std::string history_text(const Document& document);
 std::string history_json(const Document& document);
 

@@ -8,15 +8,14 @@
 #include <limits>
 #include <map>
 
-#include <nlohmann/json.hpp>
-
 #include <kibori/base/file.h>
+#include <kibori/base/json.h>
 #include <kibori/base/memory.h>
 #include <kibori/dexel/tile.h>
 #include <kibori/edit/edit.h>
 #include <kibori/formats/mesh_file.h>
 #include <kibori/formats/mesh_format.h>
-#include <kibori/formats/nrrd.h>
+#include <kibori/formats/volume_file.h>
 #include <kibori/geometry/cluster.h>
 #include <kibori/geometry/label_volume.h>
 #include <kibori/geometry/mesh_info.h>
@@ -27,16 +26,16 @@
 namespace kibori {
 namespace {
 
-// Shorter than the studio's first tool is wide, or longer than a workbench: hardly meant in that
-// unit.
+// A mesh shorter than the width of the studio's first tool is implausible. A mesh longer than a
+// workbench is implausible too.
 constexpr double kMinMeantMm = 10, kMaxMeantMm = 1000;
 constexpr size_t kPreviewTriangles = 30000;
 constexpr int kPreviewPixels = 160;
 constexpr double kPreviewNodes = 96;  // along a volume's longest side
-// Looking for holes takes about a second and 300 MB for so many.
+// A search for holes in this number of triangles takes about a second and 300 MB.
 constexpr size_t kMaxLookedAt = 2000000;
 
-// A side of a shape counts as one to stand on from this share of its footprint.
+// A shape can stand on a side from this share of its footprint.
 constexpr double kFlat = 0.05;
 
 // [mm^2]
@@ -55,7 +54,8 @@ std::string length_text(double mm) {
   return text;
 }
 
-// The share of a mesh's footprint that touches the floor, all within a hundredth of its height.
+// The share of a mesh's footprint that touches the floor: triangles within a hundredth of its
+// height.
 double support(const TriangleMesh& mesh, const Box& box, int up) {
   const int u = (up + 1) % 3, v = (up + 2) % 3;
   const Vec3 size = box.size();
@@ -70,7 +70,7 @@ double support(const TriangleMesh& mesh, const Box& box, int up) {
   return std::min(1.0, touching / footprint);
 }
 
-// How high the middle of a mesh's surface lies, as a share of its height.
+// The height of the centroid of a mesh's surface, as a share of the mesh's height.
 double middle_height(const TriangleMesh& mesh, const Box& box, int up) {
   double area = 0, moment = 0;
   for (const auto& t : mesh.triangles) {
@@ -85,7 +85,7 @@ double middle_height(const TriangleMesh& mesh, const Box& box, int up) {
 
 std::vector<std::string> repairs_of(const TriangleMesh& mesh) {
   if (mesh.triangles.size() > kMaxLookedAt)
-    return {"It has so many triangles that holes were not looked for; those there are are closed."};
+    return {"It has too many triangles to search for holes; any holes are closed."};
   const Surface surface = surface_of_mesh(mesh);
   const MeshInfo info = mesh_info(surface, mesh.triangles.size() - surface.triangles.size());
   std::vector<std::string> repairs;
@@ -154,11 +154,11 @@ class Bytes32 {
 SizeGuess guess_size(const std::string& ending, double longest_mm) {
   const MeshFormat* const format = mesh_format_of(ending);
   const bool metres = format && format->unit_mm == 1000;
-  const std::string said = format ? format->unit_note : kMeshFormats[0].unit_note;
+  const std::string note = format ? format->unit_note : kMeshFormats[0].unit_note;
   if (longest_mm >= kMinMeantMm && longest_mm <= kMaxMeantMm)
-    return {metres ? "m" : "mm", longest_mm, said + "."};
+    return {metres ? "m" : "mm", longest_mm, note + "."};
   return {"fit", kUsualLongestMm,
-          said + ", but it would be " + length_text(longest_mm) + " long: made " +
+          note + ", but it would be " + length_text(longest_mm) + " long: made " +
               length_text(kUsualLongestMm) + "."};
 }
 
@@ -187,7 +187,7 @@ UpGuess guess_up(const std::string& ending, const TriangleMesh& mesh) {
 
 namespace {
 
-// The label of the voxel of material that is nearest to a place, of those around it.
+// The label of the nearest voxel with material around a place.
 uint16_t label_near(const LabelVolume& volume, const Vec3& at_mm) {
   const Vec3 at = at_mm.cwiseQuotient(volume.voxel_mm) - Vec3::Constant(0.5);
   const Eigen::Vector3i middle = at.array().round().matrix().cast<int>();
@@ -206,6 +206,28 @@ uint16_t label_near(const LabelVolume& volume, const Vec3& at_mm) {
   return found;
 }
 
+// Every n-th voxel along each axis, so that its voxels are at most `max_mm` long if they were
+// before. The preview does not resolve more.
+LabelVolume thinned(const LabelVolume& volume, double max_mm) {
+  LabelVolume thin;
+  thin.names = volume.names;
+  std::array<int, 3> step, first;
+  for (int i = 0; i < 3; i++) {
+    const auto n = static_cast<size_t>(i);
+    step[n] = std::clamp(static_cast<int>(max_mm / volume.voxel_mm[i]), 1,
+                         static_cast<int>(volume.size[i]));
+    first[n] = step[n] / 2;
+    thin.size[i] = (volume.size[i] - first[n] + step[n] - 1) / step[n];
+    thin.voxel_mm[i] = volume.size_mm()[i] / static_cast<double>(thin.size[i]);
+  }
+  thin.values.reserve(static_cast<size_t>(thin.size.prod()));
+  for (int z = first[2]; z < volume.size[2]; z += step[2])
+    for (int y = first[1]; y < volume.size[1]; y += step[1])
+      for (int x = first[0]; x < volume.size[0]; x += step[0])
+        thin.values.push_back(volume.values[volume.index(x, y, z)]);
+  return thin;
+}
+
 std::vector<LabelReport> report_labels(const LabelVolume& volume) {
   const std::vector<Material>& materials = known_materials();
   std::map<uint16_t, size_t> voxels;
@@ -219,7 +241,7 @@ std::vector<LabelReport> report_labels(const LabelVolume& volume) {
     one.name = named == volume.names.end() ? "label " + std::to_string(label)
                                            : sanitize_message(named->second);
     one.volume_mm3 = static_cast<double>(count) * volume.voxel_mm.prod();
-    // Neighbours in the list look alike.
+    // Neighbours in the list of materials look similar, so labels use every third one.
     one.material = static_cast<uint8_t>(3 * labels.size() % materials.size());
     std::string called = one.name;
     std::transform(called.begin(), called.end(), called.begin(),
@@ -232,19 +254,19 @@ std::vector<LabelReport> report_labels(const LabelVolume& volume) {
 }
 
 Result<ImportReport> report_volume(const std::filesystem::path& path) {
-  const Result<LabelVolume> read = read_nrrd(path);
+  const Result<LabelVolume> read = read_volume(path);
   if (!read) return Error{read.error()};
-  const LabelVolume& volume = read.value();
   ImportReport report;
   report.kind = ImportReport::Kind::volume;
-  report.labels = report_labels(volume);
+  report.labels = report_labels(read.value());
   if (report.labels.empty()) return Error{path.string() + ": holds nothing but air"};
   if (report.labels.size() > kMaxMaterials)
     return Error{path.string() + ": has " + std::to_string(report.labels.size()) +
                  " labels, and a piece has at most " + std::to_string(kMaxMaterials) +
                  " materials; is it a segmentation?"};
-  report.size_mm = volume.size_mm();
+  report.size_mm = read.value().size_mm();
   const double longest = report.size_mm.maxCoeff(), pitch = longest / kPreviewNodes;
+  const LabelVolume volume = thinned(read.value(), 0.5 * pitch);
   const Result<Lattice> lattice = make_lattice(report.size_mm, pitch, 2 * pitch);
   if (!lattice) return Error{path.string() + ": " + lattice.error()};
   const ShapeGrid whole = shape_of_labels(volume, [](uint16_t label) { return label != 0; });
@@ -277,7 +299,7 @@ Result<ImportReport> report_volume(const std::filesystem::path& path) {
 Result<ImportReport> report_import(const std::filesystem::path& path) {
   ImportReport report;
   const std::string ending = ending_of(path);
-  if (ending == ".nrrd") return report_volume(path);
+  if (is_volume(path)) return report_volume(path);
   if (ending == ".png") {
     const Result<GreyMap> picture = read_png_grey(path);
     if (!picture) return Error{picture.error()};
@@ -287,7 +309,8 @@ Result<ImportReport> report_import(const std::filesystem::path& path) {
     report.picture = shrunk(picture.value());
     return report;
   }
-  const Result<TriangleMesh> read = read_mesh(path);
+  std::vector<std::string> notes;
+  const Result<TriangleMesh> read = read_mesh(path, &notes);
   if (!read) return Error{read.error()};
   const TriangleMesh& mesh = read.value();
   report.triangles = mesh.triangles.size();
@@ -300,6 +323,9 @@ Result<ImportReport> report_import(const std::filesystem::path& path) {
   report.size = guess_size(ending, longest);
   report.up = guess_up(ending, mesh);
   report.repairs = repairs_of(mesh);
+  const size_t folder = path.string().size() - path.filename().string().size();
+  for (const std::string& note : notes)
+    report.repairs.push_back(note.substr(std::min(folder, note.size())) + ".");
   report.preview = cluster(mesh, kPreviewTriangles);
   const Vec3 corner = mesh.bounds().min;
   for (Vec3& p : report.preview.vertices) p = (p - corner) / longest;
@@ -307,8 +333,7 @@ Result<ImportReport> report_import(const std::filesystem::path& path) {
 }
 
 std::string import_report_json(const ImportReport& report) {
-  using Json = nlohmann::json;
-  // What a ray can take, as check_memory counts it.
+  // Bytes per ray, as check_memory counts them.
   Json json{{"ray_bytes", static_cast<double>(sizeof(Tile)) / kTileRays + 40},
             {"free_bytes", available_bytes()}};
   const Json size{report.size_mm.x(), report.size_mm.y(), report.size_mm.z()};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What a file that someone wants to carve seems to be: how large, which way up, what must be
-// repaired, and which labels it has.
+// Examines a file that a user wants to carve: its size, its up direction, its defects, and its
+// labels.
 #pragma once
 
 #include <cstdint>
@@ -18,54 +18,65 @@ namespace kibori {
 // A mesh of an implausible size is scaled to this length [mm].
 inline constexpr double kUsualLongestMm = 80;
 
+// The assumed unit and size of a file, with the reason.
 struct SizeGuess {
-  std::string unit;  // of the file's numbers: "mm" or "m"; "fit": can't be meant, so it is scaled
+  std::string unit;  // of the file's numbers: "mm" or "m"; "fit": implausible, so it is scaled
   double longest_mm = 0;
   std::string why;  // a sentence
 };
-// `ending`: of the file, with its dot; `longest_mm`: of its bounds as read_mesh gives them.
+// `ending`: of the file, with its dot. `longest_mm`: the longest side of its bounds, as read_mesh
+// returns it.
 SizeGuess guess_size(const std::string& ending, double longest_mm);
 
+// The assumed up direction of a file, with the reason.
 struct UpGuess {
-  Orientation orientation;  // of the mesh as read_mesh gives it
+  Orientation orientation;  // of the mesh as read_mesh returns it
   std::string why;          // a sentence
 };
-// The format's usual up axis, or the other one if only that gives a flat base.
+// The format's usual up axis, or the other one if only that has a flat base.
 UpGuess guess_up(const std::string& ending, const TriangleMesh& mesh);
 
 // A label of a volume.
 struct LabelReport {
   uint16_t label = 0;
-  std::string name;       // "label 3", where the file has none
+  std::string name;       // "label 3" if the file has no name
   double volume_mm3 = 0;  // of its voxels
-  uint8_t material = 0;   // of known_materials(): one that is called so, or another for each
+  // index in known_materials(): the one of that name, or a different one for each label
+  uint8_t material = 0;
 };
 
+// The properties of a file before its import.
 struct ImportReport {
   enum class Kind { mesh, relief, volume } kind = Kind::mesh;
   size_t triangles = 0;
-  Vec3 size_mm = Vec3::Zero();  // of the bounds, as read; volume: of its grid; relief: none
+  Vec3 size_mm = Vec3::Zero();  // of the bounds, as read; volume: of its grid; relief: unused
   double area_mm2 = 0;
-  double unit_mm = 1;  // what read_mesh took the file's unit for
+  double unit_mm = 1;  // the unit that read_mesh assumed for the file
   SizeGuess size;
   UpGuess up;
-  std::vector<std::string> repairs;  // sentences; none: nothing is to be repaired
-  TriangleMesh preview;              // at most 30 000 triangles; none of a relief
-  GreyMap picture;                   // relief: as it is shown, at most 160 pixels a side
-  int width = 0, height = 0;         // relief: of the picture in the file
+  std::vector<std::string> repairs;  // sentences; empty: no repair is needed
+  TriangleMesh preview;              // at most 30 000 triangles; empty for a relief
+  GreyMap picture;                   // relief: for display, at most 160 pixels a side
+  int width = 0, height = 0;         // relief: size of the picture in the file
   std::vector<LabelReport> labels;   // volume
-  std::vector<uint32_t> kinds;       // volume: of each vertex of the preview, which of `labels`
+  std::vector<uint32_t> kinds;       // volume: per vertex of the preview, its index in `labels`
 };
 
 // Reads a mesh, a picture or a labelled volume. Errors: those of read_mesh, read_png_grey and
-// read_nrrd; a mesh without extent, a volume of air.
+// read_volume, a mesh without extent, or a volume without material.
 Result<ImportReport> report_import(const std::filesystem::path& path);
 
+// The report as JSON, without the preview.
 std::string import_report_json(const ImportReport& report);
-// Little-endian. Mesh and volume: counts of vertices and triangles (u32), coordinates (f32; the
-// longest side is 1, the lower corner of the bounds the origin), corners (u32), and of a volume
-// which label each vertex is of (u32, from 0). Picture: width, height (u32), pixels from the top
-// (f32, 0 to 1).
+// Binary data for the page, little-endian.
+//   mesh, volume:
+//     number of vertices, number of triangles (u32)
+//     coordinates (f32): the longest side is 1, the origin is the lower corner of the bounds
+//     corners (u32)
+//     volume only: index of the label of each vertex (u32, from 0)
+//   picture:
+//     width, height (u32)
+//     pixels from the top (f32, 0 to 1)
 std::vector<uint8_t> import_preview(const ImportReport& report);
 
 }  // namespace kibori

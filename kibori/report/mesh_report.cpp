@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include <kibori/base/percent.h>
+#include <kibori/formats/mesh_file.h>
 #include <kibori/run/documents.h>
 #include <kibori/scene/stock.h>
 #include <kibori/dexel/normal_code.h>
@@ -17,10 +18,10 @@
 namespace kibori {
 namespace {
 
-// Faces this nearly parallel (170 degrees) are the two sides of a wall; a wedge's are not.
+// Faces that are nearly opposite (170 degrees) are the two sides of a wall. The faces of a wedge
+// are not.
 constexpr double kOpposite = -0.985;
-// Walls are measured by the field that sees them least obliquely: within acos(1/sqrt 3) of its
-// axis.
+// The field that sees a wall most directly measures it: within acos(1/sqrt 3) of its axis.
 constexpr double kFacing = 0.577;
 
 ThinWalls thin_walls(const Snapshot& model, double threshold_mm) {
@@ -55,8 +56,24 @@ ThinWalls thin_walls(const Snapshot& model, double threshold_mm) {
   return walls;
 }
 
-// Of the height: what is so near to the lowest place lies on the bed.
+// Share of the height. A face this near to the lowest point is on the bed.
 constexpr double kOnBed = 1e-4;
+
+// Surfaces have float32 vertices. Moves a mesh that is too far away for them to the origin, and
+// returns from where; others stay as they are, and so do the digits of what is reported.
+Vec3 near_origin(TriangleMesh& mesh) {
+  // Share of the longest side, as in formats/text.cpp.
+  constexpr double kMaxRounding = 1e-6;
+  const Box box = mesh.bounds();
+  if (box.empty()) return Vec3::Zero();
+  const double max = kMaxRounding * box.size().maxCoeff();
+  const bool near = std::ranges::all_of(mesh.vertices, [&](const Vec3& p) {
+    return (p.cast<float>().cast<double>() - p).cwiseAbs().maxCoeff() <= max;
+  });
+  if (near) return Vec3::Zero();
+  for (Vec3& p : mesh.vertices) p -= box.min;
+  return box.min;
+}
 
 Overhangs overhangs_of(const Surface& surface, double threshold_deg) {
   Overhangs found{threshold_deg};
@@ -78,7 +95,7 @@ Overhangs overhangs_of(const Surface& surface, double threshold_deg) {
     const double area = twice.norm() / 2;
     all += area;
     if (std::max({a.z(), b.z(), c.z()}) <= bed) continue;
-    // A hair more than the threshold: a face of just that leans no more.
+    // Slightly more than the threshold, so that a face of exactly that angle does not count.
     if (-twice.z() / 2 > area * (steepest + 1e-6)) found.area_mm2 += area;
   }
   found.share = all > 0 ? found.area_mm2 / all : 0;
@@ -89,21 +106,27 @@ Overhangs overhangs_of(const Surface& surface, double threshold_deg) {
 
 Result<MeshReport> report_mesh(const std::filesystem::path& path,
                                const MeshReportOptions& options) {
-  const Result<TriangleMesh> mesh = read_mesh_or_document(path, options.threads);
-  if (!mesh) return Error{mesh.error()};
-  const Surface surface = surface_of_mesh(mesh.value());
   MeshReport report;
+  Result<TriangleMesh> mesh = read_mesh_or_document(path, options.threads, &report.notes);
+  if (!mesh) return Error{mesh.error()};
+  const Vec3 origin = near_origin(mesh.value());
+  const Surface surface = surface_of_mesh(mesh.value());
   report.info = mesh_info(surface, mesh.value().triangles.size() - surface.triangles.size());
+  report.info.bounds.min += origin;
+  report.info.bounds.max += origin;
+  report.info.centroid_mm += origin;
   report.overhangs = overhangs_of(surface, options.overhang_deg);
   const double longest = mesh.value().bounds().size().maxCoeff();
   const double pitch = options.pitch_mm.value_or(longest / 256);
   if (!(pitch > 0)) return report;
   const Result<MeshStock> stock =
       stock_of_mesh(mesh.value(), pitch, 2 * pitch, 0, options.threads, false);
-  if (stock)
+  if (stock) {
     report.walls = thin_walls(stock.value().model->snapshot(), options.wall_mm);
-  else
+    report.walls->at_mm += origin;
+  } else {
     report.no_walls = stock.error();
+  }
   return report;
 }
 
@@ -139,7 +162,9 @@ std::string mesh_report_text(const MeshReport& report) {
     add("walls        thinnest %.3g mm, at %.6g, %.6g, %.6g mm; %s thinner than %g mm\n",
         report.walls->thinnest_mm, report.walls->at_mm.x(), report.walls->at_mm.y(),
         report.walls->at_mm.z(), percent(report.walls->share).c_str(), report.walls->threshold_mm);
-  return text;
+  std::string all(text);
+  for (const std::string& note : report.notes) all.append("note         ").append(note) += '\n';
+  return all;
 }
 
 std::string mesh_report_json(const MeshReport& report) {
@@ -174,7 +199,9 @@ std::string mesh_report_json(const MeshReport& report) {
                           {"at_mm", any ? list(w.at_mm) : nullptr},
                           {"share", w.share}};
   }
-  return json.dump(2) + "\n";
+  json["notes"] = report.notes;
+  // A file's name may be no UTF-8.
+  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace kibori

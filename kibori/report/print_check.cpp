@@ -12,11 +12,11 @@
 namespace kibori {
 namespace {
 
-// Of a pitch: what is so near to the lowest place lies on the bed.
-constexpr double kOnBed = 0.5;
-// A face's opposite looks away from it by more than this (cosine).
-constexpr double kOpposite = -0.5;
-// Of a pitch: how far a vertex is from the end of its dexel at most, times what the face leans.
+// Share of a pitch. A face this near to the lowest point is on the bed.
+constexpr double kOnBedPitches = 0.5;
+// Maximum cosine between the normals of the two faces of a wall.
+constexpr double kOppositeWall = -0.5;
+// Maximum distance of a vertex from the end of its dexel [pitches].
 constexpr double kNear = 3;
 
 Vec3 place_of(const SurfaceVertex& v) { return {v.position[0], v.position[1], v.position[2]}; }
@@ -54,7 +54,7 @@ bool PrintCheck::find(const SurfaceVertex& vertex, Dexel& dexel) const {
   const double depth = at[along];
   const int u = static_cast<int>(std::floor(at[u_index(dexel.axis)])),
             v = static_cast<int>(std::floor(at[v_index(dexel.axis)]));
-  // Of the rays around, that whose end is nearest.
+  // The first ray around the vertex that has an end within kNear, and its nearest end.
   double nearest = kNear;
   bool found = false;
   constexpr std::array<std::array<int, 2>, 5> kAround{{{0, 0}, {-1, 0}, {1, 0}, {0, -1}, {0, 1}}};
@@ -62,7 +62,7 @@ bool PrintCheck::find(const SurfaceVertex& vertex, Dexel& dexel) const {
     const int ray_u = u + off[0], ray_v = v + off[1];
     if (ray_u < 0 || ray_v < 0 || ray_u >= field.nodes_u() || ray_v >= field.nodes_v()) continue;
     field.for_spans(ray_u, ray_v, [&](const Span& s) {
-      // Which end looks the way the surface does.
+      // Selects the end whose normal has the direction of the surface's.
       const double away = std::abs(depth - (normal[along] > 0 ? s.out : s.in));
       if (away >= nearest) return;
       nearest = away;
@@ -80,7 +80,7 @@ double PrintCheck::thickness_mm(const SurfaceVertex& vertex) const {
   Dexel dexel;
   constexpr double inf = std::numeric_limits<double>::infinity();
   if (!find(vertex, dexel)) return inf;
-  // What is of several materials is one wall.
+  // Adjacent spans of several materials are one wall.
   float in = dexel.span.in, out = dexel.span.out;
   uint32_t code_in = dexel.span.normal_in, code_out = dexel.span.normal_out;
   model_.field(dexel.axis).for_spans(dexel.u, dexel.v, [&](const Span& s) {
@@ -100,7 +100,7 @@ double PrintCheck::thickness_mm(const SurfaceVertex& vertex) const {
   }
   const Vec3 near = decode_normal(code_in, dexel.axis, false),
              far = decode_normal(code_out, dexel.axis, true);
-  if (near.dot(far) > kOpposite) return inf;
+  if (near.dot(far) > kOppositeWall) return inf;
   const double cosine = std::abs(near[static_cast<int>(dexel.axis)]);
   return (double{out} - double{in}) * cosine * model_.lattice.pitch_mm;
 }
@@ -116,8 +116,8 @@ PrintFault PrintCheck::at(const SurfaceVertex& vertex) const {
     }
   }
   if (thickness_mm(vertex) < options_.wall_mm) return PrintFault::thin;
-  // A hair more than the angle: a face of just that leans no more.
-  if (options_.up.dot(place_of(vertex)) > bed_ + kOnBed * model_.lattice.pitch_mm &&
+  // Slightly more than the angle, so that a face of exactly that angle does not count.
+  if (options_.up.dot(place_of(vertex)) > bed_ + kOnBedPitches * model_.lattice.pitch_mm &&
       -options_.up.dot(normal_of(vertex)) > steepest_ + 1e-3)
     return PrintFault::overhang;
   return PrintFault::none;

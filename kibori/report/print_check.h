@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What a printer would fail at, place by place of a model's surface: walls too thin, faces that
-// hang in the air, pieces that hang on nothing. (A model's surface is always closed.)
+// Finds print problems at each point of a model's surface: walls that are too thin, faces that hang
+// in the air, and loose pieces. A model's surface is always closed.
 #pragma once
 
 #include <cstdint>
@@ -15,28 +15,29 @@ enum class PrintFault : uint8_t { none, overhang, thin, loose };
 
 struct PrintCheckOptions {
   double wall_mm = 1;        // thinner walls are too thin
-  double overhang_deg = 45;  // faces that look down and lean from upright by more hang
-  Vec3 up = Vec3::UnitZ();   // unit, in the model's frame: the way the printer builds
+  double overhang_deg = 45;  // faces that look down and lean from upright by more than this hang
+  Vec3 up = Vec3::UnitZ();   // unit, in the model's frame: the printer's build direction
 };
 
 class PrintCheck {
  public:
-  // Finds the pieces and the bed, the lowest place along `up`: once through all z rays.
+  // Finds the pieces, and the bed, which is the minimum along `up`. Reads all z rays once.
   PrintCheck(const Snapshot& model, const PrintCheckOptions& options);
 
-  // The worst that is wrong at a vertex of the model's surface: loose before thin before overhang.
-  // A wall's thickness is the length of the dexel nearest, along the axis that the vertex looks
-  // along most, times the cosine between that and the dexel's end; where the face behind does not
-  // look the other way it is none. Thinner walls than the pitch may be missed.
+  // The worst problem at a vertex of the model's surface, in the order loose, thin, overhang. The
+  // thickness of a wall comes from a dexel near the vertex, along the main axis of the vertex's
+  // normal. It is the dexel's length times the cosine between that axis and the normal at the
+  // dexel's `in` end. If the face behind does not look the opposite way, there is no wall. Walls
+  // thinner than the pitch may be missed.
   PrintFault at(const SurfaceVertex& vertex) const;
-  // How thick the wall is there [mm]; infinite: there is none.
+  // Thickness of the wall at a vertex [mm]; infinite if there is no wall.
   double thickness_mm(const SurfaceVertex& vertex) const;
 
-  // How many pieces there are; all but the largest are loose.
+  // Number of pieces. All except the largest are loose.
   int pieces() const { return static_cast<int>(pieces_.all().size()); }
 
  private:
-  // The span that the surface there is an end of.
+  // The span whose end is the surface at a vertex.
   struct Dexel {
     Axis axis;
     int u, v;

@@ -8,9 +8,9 @@
 #include <limits>
 
 #include <hdf5.h>
-#include <nlohmann/json.hpp>
 
 #include <kibori/base/file.h>
+#include <kibori/base/json.h>
 #include <kibori/run/documents.h>
 #include <kibori/report/tick_row.h>
 #include <kibori/document/body_codec.h>
@@ -20,17 +20,15 @@
 namespace kibori {
 namespace {
 
-using Json = nlohmann::json;
-
 constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
 constexpr size_t kRowsAtOnce = 4096;
 
 std::array<double, 3> three(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
 
-// Names of materials as columns have them.
+// Name of a material's column.
 std::string column_name(const std::string& material) {
   std::string name = "removed_";
-  // Letters beyond ASCII stay.
+  // Keeps the bytes of non-ASCII letters.
   for (const char c : material) {
     const auto byte = static_cast<unsigned char>(c);
     name += byte >= 0x80 || std::isalnum(byte) ? c : '_';
@@ -39,7 +37,7 @@ std::string column_name(const std::string& material) {
 }
 
 void append(std::string& to, double number) {
-  // Whatever the locale.
+  // Independent of the locale.
   char text[40];
   const auto written = std::to_chars(text, text + sizeof text, number);
   to.append(",").append(text, written.ptr);
@@ -48,6 +46,7 @@ void append(std::string& to, double number) {
 }  // namespace
 
 Result<TickRecords> about_ticks(const Document& document, StepId to) {
+  if (Status rows = document.check_rows(to); !rows) return Error{rows.error()};
   const Result<std::vector<StepId>> path = document.path_to(to);
   if (!path) return Error{path.error()};
   TickRecords records;
@@ -58,19 +57,23 @@ Result<TickRecords> about_ticks(const Document& document, StepId to) {
     if (step.stock) {
       const Result<std::string> stock = document.stock();
       one["kind"] = "stock";
-      one["stock"] = Json::parse(stock ? stock.value() : "{}", nullptr, false);
+      one["stock"] = parse_json(stock ? stock.value() : "{}");
     } else if (step.action) {
       const Result<BodyAction> action = document.action(id);
       if (!action) return Error{action.error()};
       one["kind"] = "bodies";
-      one["action"] = Json::parse(action_to_json(action.value()), nullptr, false);
+      one["action"] = parse_json(action_to_json(action.value()));
     } else {
       const Result<StrokeSettings> settings = document.settings(id);
       if (!settings) return Error{settings.error()};
+      // The forces in the result are computed again. But who exports them relies on the document.
+      const auto check_only = [](const std::vector<Wrench>&) -> Status { return Ok{}; };
+      if (Status forces = document.for_forces(id, check_only); !forces)
+        return Error{forces.error()};
       one["kind"] = "stroke";
       one["ticks"] = step.ticks;
       one["removed_mm3"] = step.removed_mm3;
-      one["settings"] = Json::parse(settings_to_json(settings.value()), nullptr, false);
+      one["settings"] = parse_json(settings_to_json(settings.value()));
       for (const Material& material : settings.value().materials)
         if (std::find(records.materials.begin(), records.materials.end(), material.name) ==
             records.materials.end())
@@ -83,7 +86,7 @@ Result<TickRecords> about_ticks(const Document& document, StepId to) {
       {"version", KIBORI_VERSION},
       {"format", 1},
       {"document", std::filesystem::path(document.name()).filename().string()},
-      {"lattice", Json::parse(lattice_to_json(document.lattice()), nullptr, false)},
+      {"lattice", parse_json(lattice_to_json(document.lattice()))},
       {"materials", records.materials},
       {"units", "mm, s, N, N mm, mm3; quaternions x, y, z, w"},
       {"clock",
@@ -95,17 +98,17 @@ Result<TickRecords> about_ticks(const Document& document, StepId to) {
 
 namespace {
 
-// What the ticks of a stroke are recorded with.
+// Data for recording the ticks of a stroke.
 struct StrokeContext {
   const StrokeSettings& settings;
   const TickRecords& records;
-  Pose stands;  // of the body that it carves
+  Pose body_pose;  // pose of the body that it carves
   double cell_mm3;
-  std::vector<size_t> column;  // of records.materials, by the stroke's material
+  std::vector<size_t> column;  // index into records.materials, by the stroke's material
 
-  // The document has it all in the body's own coordinates.
+  // The document stores everything in the body's own coordinates.
   Wrench to_world(const Wrench& wrench) const {
-    return {stands.frame * wrench.force, stands.frame * wrench.moment};
+    return {body_pose.frame * wrench.force, body_pose.frame * wrench.moment};
   }
 };
 
@@ -128,9 +131,9 @@ Result<std::vector<Wrench>> given_forces(const Document& document, StepId step) 
   return given;
 }
 
-// All of a tick's record but its step, its time and the force given.
+// Fills a tick's record, except for its step, its time and the given force.
 void fill_record(TickRecord& record, const ReplayedTick& tick, const StrokeContext& stroke) {
-  const StrokeTick& recorded = *tick.recorded;
+  const RecordedTick& recorded = *tick.recorded;
   const StrokeSettings& s = stroke.settings;
   record.hand = recorded.second ? 2 : 1;
   const auto* const move = std::get_if<MoveTick>(&recorded.what);
@@ -142,8 +145,8 @@ void fill_record(TickRecord& record, const ReplayedTick& tick, const StrokeConte
     record.hand_pose.tip += move->stretch_mm;
     record.hand_pose.frame = rotation(move->stretch_rad) * record.tool.frame;
   }
-  record.tool = stroke.stands.to_world(record.tool);
-  record.hand_pose = stroke.stands.to_world(record.hand_pose);
+  record.tool = stroke.body_pose.to_world(record.tool);
+  record.hand_pose = stroke.body_pose.to_world(record.hand_pose);
   record.computed = stroke.to_world(tick.result.wrench);
   record.removed_mm3 = record.mode == Mode::touch ? 0 : tick.result.removed_mm3;
   record.points = tick.result.points;
@@ -152,11 +155,12 @@ void fill_record(TickRecord& record, const ReplayedTick& tick, const StrokeConte
   const double sign = record.mode == Mode::deposit ? -1 : 1;
   tick.removed->for_parts([&](int material, const RemovedPart& part) {
     const size_t at = std::min(static_cast<size_t>(material), stroke.column.size() - 1);
-    record.removed_of[stroke.column[at]] += sign * stroke.cell_mm3 * part.mean_volume();
+    record.removed_of[stroke.column[at]] += sign * stroke.cell_mm3 * part.volume();
   });
 }
 
-// The ticks of a stroke that begins at `begun_s`, which becomes the time of its end.
+// Calls `use` for the ticks of a stroke that begins at `begun_s`. Sets `begun_s` to the time of its
+// end.
 Status for_stroke_records(const Document& document, StepId id, const TickRecords& records,
                           Workbench& bench, double& begun_s,
                           const std::function<Status(const TickRecord&)>& use) {
@@ -221,7 +225,7 @@ Status write_ticks_csv(const std::filesystem::path& path, const Document& docume
   std::vector<std::string> columns;
   for (const std::string& material : records.value().materials) {
     std::string column = column_name(material);
-    // Names that differ in other characters alone.
+    // Column names may become equal when characters are replaced.
     if (std::find(columns.begin(), columns.end(), column) != columns.end())
       column.append("_").append(std::to_string(columns.size() + 1));
     columns.push_back(column);
@@ -308,14 +312,15 @@ Status write_ticks_mcap(const std::filesystem::path& path, const Document& docum
 
 namespace {
 
-// A table that grows: rows of `width` numbers. rank 1: a number a row, without a second dimension.
+// A growing table with rows of `width` numbers. rank 1: one number per row, without a second
+// dimension.
 class Column {
  public:
   Column(hid_t group, const char* name, hsize_t width, hid_t type, int rank)
       : width_(width), rank_(rank) {
-    const hsize_t dims[] = {0, width}, most[] = {H5S_UNLIMITED, width},
+    const hsize_t dims[] = {0, width}, max_dims[] = {H5S_UNLIMITED, width},
                   chunk[] = {kRowsAtOnce, width};
-    const hid_t space = H5Screate_simple(rank, dims, most), how = H5Pcreate(H5P_DATASET_CREATE);
+    const hid_t space = H5Screate_simple(rank, dims, max_dims), how = H5Pcreate(H5P_DATASET_CREATE);
     H5Pset_chunk(how, rank, chunk);
     H5Pset_deflate(how, 4);
     set_ = H5Dcreate2(group, name, type, space, H5P_DEFAULT, how, H5P_DEFAULT);
@@ -332,7 +337,7 @@ class Column {
     waiting_.insert(waiting_.end(), std::begin(numbers), std::end(numbers));
     if (waiting_.size() >= kRowsAtOnce * width_) flush();
   }
-  // Whether all is written.
+  // Returns true if all rows are written.
   bool flush() {
     if (set_ < 0) return false;
     if (waiting_.empty()) return good_;
@@ -372,7 +377,7 @@ bool add_attribute(hid_t to, const char* name, const std::string& text) {
 
 Status fill_hdf5(hid_t file, const Document& document, StepId to, const TickRecords& records,
                  bool& written) {
-  // Text longer than 64 kB stands in no attribute.
+  // A data set, because an attribute holds at most 64 kB of text.
   const hid_t type = H5Tcopy(H5T_C_S1), space = H5Screate(H5S_SCALAR);
   H5Tset_size(type, H5T_VARIABLE);
   H5Tset_cset(type, H5T_CSET_UTF8);
@@ -447,7 +452,7 @@ Status write_ticks_hdf5(const std::filesystem::path& path, const Document& docum
   const Result<std::shared_ptr<TemporaryFolder>> folder = TemporaryFolder::make();
   if (!folder) return Error{folder.error()};
   const std::filesystem::path made = folder.value()->path() / "ticks.h5";
-  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // what goes wrong is said below
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // errors are reported below
   const hid_t file = H5Fcreate(made.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
   bool written = file >= 0;
   Status done = Ok{};

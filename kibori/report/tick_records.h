@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Every tick of a document as researchers record them: poses of hand and tool, force and moment
-// computed and given, what was removed of which material. As CSV, MCAP or HDF5; docs/recordings.md
-// has the columns.
+// Records of every tick of a document, for research: poses of hand and tool, computed and given
+// force and moment, removed volume per material. Formats are CSV, MCAP and HDF5. docs/recordings.md
+// describes the columns.
 #pragma once
 
 #include <filesystem>
@@ -18,31 +18,31 @@ namespace kibori {
 struct TickRecord {
   StepId step = 0;
   double time_s = 0;  // since the recording's first tick; strokes follow one another
-  int hand = 1;       // 2: the second one
+  int hand = 1;       // 2: the second hand
   Mode mode = Mode::off;
-  // In the world, wherever the body stood.
+  // In the world, for any pose of the body.
   Pose tool, hand_pose;  // [mm]
   Wrench computed;       // by the stroke's own force model [N, N mm]
-  Wrench given;          // what the device was given, where that was kept; else NaN
+  Wrench given;          // sent to the device, if the document has it; otherwise NaN
   double removed_mm3 = 0;
-  std::vector<double> removed_of;  // of each material of the recording [mm^3], by cuts and deposits
+  std::vector<double> removed_of;  // per material of the recording [mm^3], by cuts and deposits
   int64_t points = 0;              // lattice nodes
 };
 
-// What a recording is of: all that its readers need to know of it, as JSON (program, version,
-// document, lattice, materials, units, clock, steps with their settings and device).
+// Metadata of a recording. `about` is JSON with everything that readers need: program, version,
+// document, lattice, materials, units, clock, and the steps with their settings and device.
 struct TickRecords {
   std::string about;
-  std::vector<std::string> materials;  // of removed_of, all that any stroke names
+  std::vector<std::string> materials;  // for removed_of: all materials that any stroke names
 };
 
-// Carves what leads to a step again, and calls use() with each tick. Errors: those of replaying, of
-// use().
+// Repeats the steps that lead to `to`, and calls use() with each tick. Errors: those of replaying
+// and of use().
 Result<TickRecords> about_ticks(const Document& document, StepId to);
 Status for_tick_records(const Document& document, StepId to, const TickRecords& records,
                         const std::function<Status(const TickRecord&)>& use);
 
-// The same into a file. Errors: those of the file, which is whole or not there.
+// Writes the ticks into a file. Errors: those of the file. The file is complete or does not exist.
 Status write_ticks_csv(const std::filesystem::path& path, const Document& document, StepId to);
 Status write_ticks_mcap(const std::filesystem::path& path, const Document& document, StepId to);
 Status write_ticks_hdf5(const std::filesystem::path& path, const Document& document, StepId to);

@@ -4,15 +4,15 @@
 #include <cstddef>
 
 #include <Eigen/Geometry>
-#include <nlohmann/json.hpp>
 
+#include <kibori/base/json.h>
 #include <kibori/base/names.h>
 #include <kibori/document/codec.h>
 
 namespace kibori {
 namespace {
 
-std::array<double, 3> three(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
+std::array<double, 3> force_row(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
 
 TickRow row_of(const HandTick& tick, const LiveTick& of, uint8_t hand) {
   TickRow row;
@@ -20,10 +20,10 @@ TickRow row_of(const HandTick& tick, const LiveTick& of, uint8_t hand) {
   row.time_s = of.time_s;
   row.tool_pose = numbers_of(tick.tool);
   row.hand_pose = numbers_of(tick.hand);
-  row.force_n = three(tick.computed.force / tick.force_scale);
-  row.moment_nmm = three(tick.computed.moment / tick.force_scale);
-  row.given_force_n = three(tick.given.force);
-  row.given_moment_nmm = three(tick.given.moment);
+  row.force_n = force_row(tick.computed.force / tick.force_scale);
+  row.moment_nmm = force_row(tick.computed.moment / tick.force_scale);
+  row.given_force_n = force_row(tick.given.force);
+  row.given_moment_nmm = force_row(tick.given.moment);
   row.removed_mm3 = tick.removed_mm3;
   row.points = tick.points;
   row.hand = hand;
@@ -91,7 +91,7 @@ std::string about_rows(const Published& published) {
       {"document", published.document},
       {"device", published.device},
       {"rate_hz", published.rate_hz},
-      {"lattice", nlohmann::json::parse(lattice_to_json(published.lattice), nullptr, false)},
+      {"lattice", parse_json(lattice_to_json(published.lattice))},
       {"materials", std::move(materials)},
       {"units", "mm, s, N, N mm, mm3; quaternions x, y, z, w"},
       {"clock", "time_s counts from the servo thread's beginning, by its monotonic clock"},

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
+// Finds the nearest major end of each node, field by field. The ends of a field are on rays through
+// the nodes. So the squared distance from a node is a sum over the axes, and each term can be
+// minimised separately:
 //
-// The nearest major end is found field by field. The ends of a field lie on rays through the nodes,
-// so their distance from a node is a sum over the axes, each term by itself the least:
+//   d^2 = (along the ray)^2 + (nodes across, first axis)^2 + (nodes across, second axis)^2
 //
-//   d^2 = (along the ray)^2 + (nodes across, one way)^2 + (nodes across, the other way)^2
-//
-// A slice of nodes that holds the rays is gone over three times, 16 nodes at once: the nearest end
-// of the node's own ray; of the rays beside it in its row; of the rows beside its own. As no end is
-// farther off than one already found, a pass ends where the next ray alone is.
+// A slice of nodes contains the rays. Three passes search it, 16 nodes at once: the node's own ray;
+// the other rays in its row; the other rows. A pass stops where the distance to the next ray alone
+// exceeds the best distance so far.
 //
 //   z rays, y rays   slice across y resp. z; a row's nodes are lanes, 16 a block
 //   x rays           a block of 16 along x is a slice; a row's nodes are blocks
@@ -29,8 +29,8 @@ namespace kibori {
 
 using namespace detail;
 
-// An inside node that lies right on the surface keeps this much [cells] of its sign.
-inline constexpr float kLeastDepth = 1e-6f;
+// Minimum |phi| [cells] of an inside node that is exactly on the surface. It keeps the sign.
+inline constexpr float kMinDepth = 1e-6f;
 
 }  // namespace kibori
 #endif
@@ -44,9 +44,9 @@ HWY_INLINE void Store(VI x, IndexRow& to, size_t g) { hn::Store(x, DI(), to.lane
 HWY_INLINE VF Lanes(const FloatRow& of, size_t g) { return hn::Load(DF(), of.lane + g * kLanes); }
 HWY_INLINE VI Lanes(const IndexRow& of, size_t g) { return hn::Load(DI(), of.lane + g * kLanes); }
 
-// A vector that was loaded, whole and at once. Compilers like to load only those lanes that a mask
-// wants, into the vector that has the others: then each load waits for its mask and for the load
-// before, which takes three times as long.
+// Forces a full vector load. Compilers may load only the lanes of a mask, merged into another
+// vector. Then each load waits for its mask and for the previous load, which takes three times as
+// long.
 HWY_INLINE VI Loaded(VI x) {
 #if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX3 && (HWY_COMPILER_GCC || HWY_COMPILER_CLANG)
   __asm__("" : "+v"(x.raw));
@@ -54,12 +54,12 @@ HWY_INLINE VI Loaded(VI x) {
   return x;
 }
 
-// The nearest end yet of a group of nodes.
+// The nearest end so far of a group of nodes.
 struct Nearest {
   VF distance2;
   VI end;
 
-  // Whether no end so far off along one axis can be nearer.
+  // True if no end at that squared distance along one axis can be nearer.
   HWY_INLINE bool beats(VF apart2) const { return hn::AllTrue(DF(), hn::Le(distance2, apart2)); }
   HWY_INLINE void offer(VF other2, VI other) {
     other = Loaded(other);
@@ -67,25 +67,26 @@ struct Nearest {
     distance2 = hn::Min(other2, distance2);
     end = hn::IfThenElse(hn::RebindMask(DI(), nearer), other, end);
   }
-  // The nearer of two, `apart2` farther: so that one step waits for the last, not two.
+  // Offers the nearer of two, `apart2` farther. The next step then depends on one result, not two.
   HWY_INLINE void offer(Nearest one, const Nearest& two, VF apart2) {
     one.offer(two.distance2, two.end);
     offer(hn::Add(one.distance2, apart2), one.end);
   }
 };
 
-// How many nodes in a line, the first at the least of these squared distances, may be nearest to
-// its end; 0 if it is too far off itself.
+// Number of nodes in a line for which the end may be the nearest. The first node is at the minimum
+// of these squared distances. Returns 0 if that is too far.
 HWY_INLINE size_t NodesWithin(const BandSlice& s, VF distance2) {
   const float room = s.too_far - hn::GetLane(hn::MinOfLanes(DF(), distance2));
   return room > 0 ? std::min(s.window, static_cast<size_t>(std::sqrt(room))) + 1 : 0;
 }
 
 // Calls offer(apart^2, off) for nodes 1, 2, ... apart, up to the window or one more, while an end
-// there can be nearer; `off`: apart times `step`. Two at a time: what is offered too much is not
-// nearer.
+// there can be nearer. `off`: apart times `step`. It offers two at a time; a surplus offer changes
+// nothing.
 template <class Offer>
-HWY_INLINE void OfferBeside(const BandSlice& s, size_t step, const Nearest& best, Offer&& offer) {
+HWY_INLINE void OfferNeighbours(const BandSlice& s, size_t step, const Nearest& best,
+                                Offer&& offer) {
   VF apart = F(1.0f);
   const size_t end = (s.window + 1) * step;
   for (size_t off = step; off < end; off += 2 * step) {
@@ -106,14 +107,14 @@ HWY_INLINE void FindOnRays(const BandSlice& s, size_t row) {
     const size_t ray = row * s.cols + c, at = row * pitch + s.margin + c;
     if (!s.near(s.ray_ends[ray]) ||
         !(s.away + s.row_ends_away[row] + s.col_ends_away[c] < s.reach2)) {
-      // Nothing here; nor may there be what another slice left.
+      // No ends here. Also clears the results of an earlier slice.
       if (to.seeded[ray]) std::fill_n(to.seed_distance2[at].lane, kRow, s.too_far);
       to.seeded[ray] = 0;
       continue;
     }
     to.seeded[ray] = 1;
     const RayItems rays = s.rays[ray];
-    VF least = F(s.too_far);
+    VF min2 = F(s.too_far);
     unsigned any = 0;
     for (size_t g = 0; g < kGroups; g++) {
       Nearest best{F(s.too_far), hn::Set(DI(), -1)};
@@ -125,12 +126,12 @@ HWY_INLINE void FindOnRays(const BandSlice& s, size_t row) {
       }
       Store(best.distance2, to.seed_distance2[at], g);
       Store(best.end, to.seed_end[at], g);
-      least = hn::Min(least, best.distance2);
+      min2 = hn::Min(min2, best.distance2);
       any |= Bits(hn::Lt(best.distance2, F(s.too_far))) << (g * kLanes);
     }
-    const size_t nodes = NodesWithin(s, least);
+    const size_t nodes = NodesWithin(s, min2);
     if (nodes == 0) continue;
-    // Blocks of the row that it may be nearest in.
+    // Blocks of the row in which it may be the nearest.
     size_t below = nodes - 1, above = nodes - 1;
     if (s.step == 1) {
       const auto blocks = [&](int lanes_before) {
@@ -154,24 +155,24 @@ HWY_INLINE void FindInRow(const BandSlice& s, size_t row) {
         !(s.away + s.row_ends_away[row] + s.col_away[c] < s.reach2))
       continue;
     const size_t seed = row * pitch + s.margin + c, at = (row + s.window + 1) * s.cols + c;
-    VF least = F(s.too_far);
+    VF min2 = F(s.too_far);
     for (size_t g = 0; g < kGroups; g++) {
       Nearest best{Lanes(to.seed_distance2[seed], g), Lanes(to.seed_end[seed], g)};
       const float* const distance2 = to.seed_distance2[seed].lane + g * kLanes;
       const int32_t* const end = to.seed_end[seed].lane + g * kLanes;
-      OfferBeside(s, s.step, best, [&](VF apart2, size_t off) {
+      OfferNeighbours(s, s.step, best, [&](VF apart2, size_t off) {
         best.offer(Nearest{hn::LoadU(DF(), distance2 - off), hn::LoadU(DI(), end - off)},
                    Nearest{hn::LoadU(DF(), distance2 + off), hn::LoadU(DI(), end + off)}, apart2);
       });
       Store(best.distance2, to.row_distance2[at], g);
       Store(best.end, to.row_end[at], g);
-      least = hn::Min(least, best.distance2);
+      min2 = hn::Min(min2, best.distance2);
     }
-    to.rows_near[row * s.cols + c] = static_cast<uint8_t>(NodesWithin(s, least));
+    to.rows_near[row * s.cols + c] = static_cast<uint8_t>(NodesWithin(s, min2));
   }
 }
 
-// The nearest end of the slice's rays, into the band if there is none nearer yet.
+// The nearest end on the slice's rays. Writes it to the band if it is nearer than the band's.
 HWY_INLINE void FindInSlice(const BandSlice& s, size_t row) {
   BandScratch& from = *s.scratch;
   for (size_t c = 0; c < s.cols; c++) {
@@ -190,7 +191,7 @@ HWY_INLINE void FindInSlice(const BandSlice& s, size_t row) {
       const float* const of = from.row_distance2[at].lane + g * kLanes;
       const int32_t* const end = from.row_end[at].lane + g * kLanes;
       best.offer(hn::Load(DF(), of), hn::Load(DI(), end));
-      OfferBeside(s, s.cols * kRow, best, [&](VF apart2, size_t off) {
+      OfferNeighbours(s, s.cols * kRow, best, [&](VF apart2, size_t off) {
         best.offer(hn::Add(hn::Load(DF(), of - off), apart2), hn::Load(DI(), end - off));
         best.offer(hn::Add(hn::Load(DF(), of + off), apart2), hn::Load(DI(), end + off));
       });
@@ -219,7 +220,7 @@ void SearchSlice(const BandSlice& s) {
     }
   if (first >= end) return;
   const size_t low = first - std::min(first, s.window), high = std::min(s.rows, end + s.window);
-  // What is near a row is near, one less, to the rows beside it.
+  // The reach decreases by one from a row to the adjacent rows.
   const auto pass_on = [cols = s.cols](const uint8_t* from, uint8_t* to) {
     for (size_t c = 0; c < cols; c++)
       to[c] = std::max(to[c], static_cast<uint8_t>(from[c] - (from[c] > 0)));
@@ -232,12 +233,12 @@ void SearchSlice(const BandSlice& s) {
               (end - first) * s.cols * kRow, s.too_far);
 }
 
-// Which nodes are inside, as -width or width.
-void TellSides(const BandPlane& p) {
+// Sets the nodes to -width (inside) or width (outside).
+void ComputeSides(const BandPlane& p) {
   const VF z = F(p.z), outside = F(p.width), inside = F(-p.width);
   for (size_t row = 0; row < p.rows; row++) {
-    const size_t first = p.told ? p.told[row].low / kRow : 0,
-                 end = p.told ? (p.told[row].high + kRow - 1) / kRow : p.blocks;
+    const size_t first = p.computed ? p.computed[row].low / kRow : 0,
+                 end = p.computed ? (p.computed[row].high + kRow - 1) / kRow : p.blocks;
     for (size_t b = first; b < end; b++) {
       if (!(p.away + p.row_away[row] + p.block_away[b] < p.reach2)) continue;
       if (p.wanted && !p.wanted[row * p.blocks + b]) continue;
@@ -261,7 +262,7 @@ void Measure(const MeasuredBlocks& of) {
   FloatRow place[3], normal[3];  // by axis
   for (const NodeBlock* block = of.blocks; block < of.blocks + of.count; block++) {
     const IndexRow& nearest = of.nearest[block->place / kRow];
-    // Of a node without one, any.
+    // A node without an end uses any.
     for (size_t n = 0; n < kRow; n++) {
       const SurfaceEnd& end = of.ends[std::max(nearest.lane[n], 0)];
       for (int axis = 0; axis < 3; axis++) {
@@ -282,71 +283,40 @@ void Measure(const MeasuredBlocks& of) {
       const VF size = hn::Min(F(of.width), hn::Max(along, beyond)),
                was = hn::Load(d, phi + g * kLanes);
       const VF is =
-          hn::IfThenElse(hn::Lt(was, hn::Zero(d)), hn::Neg(hn::Max(size, F(kLeastDepth))), size);
+          hn::IfThenElse(hn::Lt(was, hn::Zero(d)), hn::Neg(hn::Max(size, F(kMinDepth))), size);
       const MF known = FromBits(block->nodes >> (g * kLanes) & kGroupMask);
       hn::Store(hn::IfThenElse(known, is, was), d, phi + g * kLanes);
     }
   }
 }
 
-// What of a line from a node to the next lies inside.
-HWY_INLINE VF LengthInside(VF one, VF two) {
-  const VF zero = hn::Zero(DF());
-  const VF inside = hn::Add(hn::Max(zero, hn::Neg(one)), hn::Max(zero, hn::Neg(two)));
-  return hn::Div(inside, hn::Max(hn::Add(hn::Abs(one), hn::Abs(two)), F(1e-30f)));
-}
-
 double AddedVolume(const ChangedBlocks& of) {
   const DF d;
-  const VF zero = hn::Zero(d);
+  const VF zero = hn::Zero(d), one = F(1), half = F(0.5f);
+  // The share of a node's cell that is inside.
+  const auto share = [&](VF phi)
+                         HWY_ATTR { return hn::Min(hn::Max(hn::Sub(half, phi), zero), one); };
   double volume = 0;
-  for (const NodeBlock* block = of.blocks; block < of.blocks + of.count; block++)
+  for (const NodeBlock* block = of.blocks; block < of.blocks + of.count; block++) {
+    // Outside the lattice there is no material.
+    if (block->j < 0 || block->j >= of.nodes[1] || block->k < 0 || block->k >= of.nodes[2])
+      continue;
     for (size_t g = 0; g < kGroups; g++) {
       const unsigned nodes = block->nodes >> (g * kLanes) & kGroupMask;
       if (!nodes) continue;
-      const float* const was = of.phi + block->place + g * kLanes;
-      const float* const is = of.after + block->place + g * kLanes;
-      const VF was_here = hn::Load(d, was), is_here = hn::Load(d, is);
-      const MF changes = hn::And(FromBits(nodes), hn::Ne(was_here, is_here));
-      VF sum = zero;
-      bool any = false;
-      // The line to the node `step` on. Each line once: by its lower node, if that changes. Across
-      // the lattice's border the line ends half way, and all of it is as its node.
-      const auto add = [&](std::ptrdiff_t step, MF border) HWY_ATTR {
-        const VF was_there = hn::LoadU(d, was + step), is_there = hn::LoadU(d, is + step);
-        MF counts = changes;
-        if (step < 0) counts = hn::And(counts, hn::Eq(was_there, is_there));
-        // Not if all four have one sign.
-        const VF low = hn::Min(hn::Min(was_here, is_here), hn::Min(was_there, is_there)),
-                 high = hn::Max(hn::Max(was_here, is_here), hn::Max(was_there, is_there));
-        counts = hn::And(counts, hn::And(hn::Lt(low, zero), hn::Ge(high, zero)));
-        if (hn::AllFalse(d, counts)) return;
-        any = true;
-        const auto length = [&](VF here, VF there) HWY_ATTR {
-          const VF half = hn::IfThenElseZero(hn::Lt(here, zero), F(0.5f));
-          return hn::IfThenElse(border, half, LengthInside(here, there));
-        };
-        const VF more = hn::Sub(length(is_here, is_there), length(was_here, was_there));
-        sum = hn::Add(sum, hn::IfThenElseZero(counts, more));
-      };
       const VF i = LanesFrom(static_cast<float>(block->i), g);
-      const auto lanes_at = [&](int border)
-                                HWY_ATTR { return hn::Eq(i, F(static_cast<float>(border))); };
-      const auto all_if = [&](bool border) HWY_ATTR { return FromBits(border ? kGroupMask : 0); };
-      const auto y = static_cast<std::ptrdiff_t>(of.stride_y),
-                 z = static_cast<std::ptrdiff_t>(of.stride_z);
-      add(1, lanes_at(of.nodes[0] - 1));
-      add(-1, lanes_at(0));
-      add(y, all_if(block->j == of.nodes[1] - 1));
-      add(-y, all_if(block->j == 0));
-      add(z, all_if(block->k == of.nodes[2] - 1));
-      add(-z, all_if(block->k == 0));
-      if (!any) continue;
-      // Lane by lane: the same whatever the vector unit.
+      const MF there = hn::And(hn::Ge(i, zero), hn::Lt(i, F(static_cast<float>(of.nodes[0]))));
+      const VF was = hn::Load(d, of.phi + block->place + g * kLanes),
+               is = hn::Load(d, of.after + block->place + g * kLanes);
+      const VF more =
+          hn::IfThenElseZero(hn::And(there, FromBits(nodes)), hn::Sub(share(is), share(was)));
+      if (hn::AllFalse(d, hn::Ne(more, zero))) continue;
+      // Adds lane by lane, so that the result does not depend on the vector unit.
       float lanes[kLanes];
-      hn::StoreU(sum, d, lanes);
+      hn::StoreU(more, d, lanes);
       for (const float lane : lanes) volume += double{lane};
     }
+  }
   return volume;
 }
 
@@ -368,7 +338,7 @@ void WeighCollar(const CollarBlocks& of) {
       const VF x = LanesFrom(from_centre(block.i, 0), g),
                distance2 = hn::Div(hn::Add(hn::Mul(x, x), across2), radius2),
                inner = hn::Max(zero, hn::Sub(one, distance2));
-      const VF off = hn::Div(hn::Load(d, of.way_phi + node), ramp),
+      const VF off = hn::Div(hn::Load(d, of.path_phi + node), ramp),
                free = hn::Min(one, hn::Max(zero, off));
       const MF touched = FromBits(block.nodes >> (g * kLanes) & kGroupMask);
       const VF weight = hn::IfThenElseZero(touched, hn::Mul(hn::Mul(inner, inner), free));
@@ -412,7 +382,7 @@ void SumRows(const float* const* low, const float* const* high, const std::vecto
     hn::StoreU(sum, d, to + i);
   };
   for (size_t i = 0; i + kLanes < count; i += kLanes) sum_at(i);
-  sum_at(count - kLanes);  // some of them once more
+  sum_at(count - kLanes);  // some of them a second time
 }
 
 }  // namespace HWY_NAMESPACE
@@ -423,7 +393,7 @@ HWY_AFTER_NAMESPACE();
 namespace kibori {
 
 HWY_EXPORT(SearchSlice);
-HWY_EXPORT(TellSides);
+HWY_EXPORT(ComputeSides);
 HWY_EXPORT(Measure);
 HWY_EXPORT(AddedVolume);
 HWY_EXPORT(WeighCollar);
@@ -433,7 +403,7 @@ HWY_EXPORT(SumRows);
 
 BandKernels band_kernels() {
   choose_vector_unit();
-  return {HWY_DYNAMIC_DISPATCH(SearchSlice),     HWY_DYNAMIC_DISPATCH(TellSides),
+  return {HWY_DYNAMIC_DISPATCH(SearchSlice),     HWY_DYNAMIC_DISPATCH(ComputeSides),
           HWY_DYNAMIC_DISPATCH(Measure),         HWY_DYNAMIC_DISPATCH(AddedVolume),
           HWY_DYNAMIC_DISPATCH(WeighCollar),     HWY_DYNAMIC_DISPATCH(NodesWithinDepth),
           HWY_DYNAMIC_DISPATCH(NodesThatDiffer), HWY_DYNAMIC_DISPATCH(SumRows)};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The vector part of NodeBand: what is computed of 16 nodes at once.
+// The vector part of NodeBand: computations on 16 nodes at once.
 #pragma once
 
 #include <cstddef>
@@ -15,11 +15,11 @@ struct BandSlice {
   size_t rows, cols;
   size_t step;              // lanes from a node to the next in its row
   size_t margin;            // blocks without ends at both ends of a row; window + 1 such rows
-  size_t window;            // of nodes within reach
+  size_t window;            // number of nodes within reach
   float farthest, too_far;  // an end's distance, and its square
 
-  // Its rays' ends: by blocks in layers, `depth` along them; or, if there are no layers, along the
-  // block's lanes, of which the first is at `depth`.
+  // Ends of its rays. With layers: by blocks in layers, `depth` along them. Without layers: along
+  // the block's lanes, the first of which is at `depth`.
   const detail::RayItems* rays;
   const detail::EndLayer* layers;
   const SurfaceEnd* ends;
@@ -34,18 +34,18 @@ struct BandSlice {
   uint16_t* known;
   const uint16_t* wanted;  // null: all are
   size_t first, row_step, col_step;
-  // Squared distances from the brush's centre by axis: of nodes, and of the nodes nearest to it
-  // that a ray's ends may be nearest to.
+  // Squared distances from the brush's centre by axis: of nodes, and of the nodes nearest to the
+  // centre that can have a ray's ends as nearest ends.
   const float *row_away, *col_away, *row_ends_away, *col_ends_away;
   float away, reach2;
 
-  // Whether ends of those depths are within reach of the slice.
+  // True if ends at those depths are within reach of the slice.
   bool near(const detail::DepthRange& range) const {
     return depth + length >= range.low - farthest && depth <= range.high + farthest;
   }
 };
 
-// Whose sides are to be told: the nodes of a plane across z.
+// The nodes of a plane across z, whose sides are to be computed.
 struct BandPlane {
   size_t rows, blocks, nx;
   float z;
@@ -56,7 +56,7 @@ struct BandPlane {
   const float *row_away, *block_away;  // as of a slice
   float away, reach2;
   const uint16_t* wanted;
-  const detail::RowRange* told;  // of each row; null: all
+  const detail::RowRange* computed;  // of each row; null: all
 };
 
 // Nodes whose nearest ends are known.
@@ -74,42 +74,41 @@ struct ChangedBlocks {
   const NodeBlock* blocks;
   size_t count;
   const float *phi, *after;  // of the box
-  size_t stride_y, stride_z;
-  Index3 nodes;  // of the lattice
+  Index3 nodes;              // of the lattice
 };
 
 // Nodes that a collar of clay may raise: see clay.h.
 struct CollarBlocks {
-  NodeBlock* blocks;  // are left the nodes that rise
+  NodeBlock* blocks;  // output: the nodes that rise remain
   size_t count;
-  const float *phi, *way_phi;  // of the box; distances to the tool's way
-  Vec3 centre;                 // [lattice units]
+  const float *phi, *path_phi;  // of the box; distances to the tool's sweep
+  Vec3 centre;                  // [lattice units]
   double radius, ramp;
-  detail::FloatRow* weights;  // of each block's nodes; 0 of the others
-  double* areas;              // of each block's surface, weighed
+  detail::FloatRow* weights;  // of each block's nodes; 0 for the others
+  double* areas;              // of each block's surface, weighted
 };
 
 struct BandKernels {
   // Finds the nodes' nearest ends on the slice's rays.
   void (*search)(const BandSlice&);
-  // Which nodes are inside, as -width or width.
-  void (*tell_sides)(const BandPlane&);
+  // Sets the nodes to -width (inside) or width (outside).
+  void (*compute_sides)(const BandPlane&);
   // phi of nodes whose nearest end is known.
   void (*measure)(const MeasuredBlocks&);
-  // Volume that the change adds, as lengths along the lines through the nodes that lie between the
-  // zeros of phi, which is taken to be linear from node to node: the sum over the three axes.
+  // Volume that the change adds. The inside share of a node's cell goes from 0 to 1 while the
+  // surface moves by one cell past it.
   double (*added_volume)(const ChangedBlocks&);
   // A collar's weights.
   void (*weigh_collar)(const CollarBlocks&);
-  // Of 16 nodes, those with |phi| < depth; those of which two values differ.
+  // Masks of 16 nodes: those with |phi| < depth; those whose two values differ.
   uint32_t (*nodes_within_depth)(const float* phi, float depth);
   uint32_t (*nodes_that_differ)(const float* one, const float* two);
-  // A filter along an axis: to[i] = kernel[0] low[0][i] + the sum over m of
-  // kernel[m] (low[m][i] + high[m][i]), for i < count, which is 16 at least.
+  // A filter along an axis: to[i] = kernel[0] low[0][i] + the sum over m of kernel[m] (low[m][i] +
+  // high[m][i]), for i < count. `count` is at least 16.
   void (*sum_rows)(const float* const* low, const float* const* high,
                    const std::vector<float>& kernel, size_t count, float* to);
 };
-// For this machine's best instructions.
+// The kernels for the best instruction set of this machine.
 BandKernels band_kernels();
 
 }  // namespace kibori

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What a reshaping hand holds: a ball of influence that fades towards its rim; and what a dab of it
-// did.
+// The brush of a reshaping stroke: a ball of influence that fades towards its rim. Also the result
+// of a dab with it.
 #pragma once
 
 #include <array>
@@ -15,14 +15,20 @@
 
 namespace kibori {
 
-// What a dab does to the surface: see reshaper.h.
-enum class FieldVerb { smooth, rasp, fill, inflate, flatten };
+// The effect of a dab on the surface: see reshaper.h.
+enum class FieldVerb { smooth, rasp, fill, inflate, flatten, trim, build };
+// Whether a verb works towards a plane.
+constexpr bool to_plane(FieldVerb verb) {
+  return verb == FieldVerb::flatten || verb == FieldVerb::trim || verb == FieldVerb::build;
+}
+// Whether a verb works towards the filtered surface.
+constexpr bool filters(FieldVerb verb) { return verb != FieldVerb::inflate && !to_plane(verb); }
 
 // How a brush fades from its centre (1) to its rim (0).
 enum class Falloff { smooth, linear, constant };
 constexpr Names<3> names_of(Falloff) { return {"smooth", "linear", "constant"}; }
 
-// A plane to flatten to; the normal points out of the material.
+// A plane that flatten, trim and build work towards. The normal points out of the material.
 struct FlatPlane {
   Vec3 point_mm = Vec3::Zero();
   Vec3 normal = Vec3::UnitZ();
@@ -34,26 +40,29 @@ struct FlatPlane {
   bool operator==(const FlatPlane&) const = default;
 };
 
-// Which plane a stroke flattens to: the one fitted to the surface under its first dab, under each
+// The plane of flatten, trim and build: fitted to the surface under its first dab, fitted under each
 // dab, or the brush's own.
 enum class FlattenTo { stroke, dab, plane };
 constexpr Names<3> names_of(FlattenTo) { return {"stroke", "dab", "plane"}; }
 
+// The settings of a brush.
 struct Brush {
   double radius_mm = 5;
-  // 0..1; inflate takes -1..1, and below 0 it deflates. Of a warp: the share of the hand's way.
+  // 0..1. Inflate accepts -1..1, and deflates below 0. For a warp: the share of the hand's
+  // displacement.
   double strength = 0.5;
   Falloff falloff = Falloff::smooth;
-  // Width of the smoothing filter (standard deviation) [mm]; 0: an eighth of the radius. A dab
-  // takes at most kMaxSigmaCells.
+  // Width of the smoothing filter (standard deviation) [mm]; 0: an eighth of the radius. A dab uses
+  // at most kMaxSigmaCells.
   double sigma_mm = 0;
-  bool keep_volume = false;  // smooth only: what is lost at peaks comes back over the brush
-  FlattenTo flatten_to = FlattenTo::stroke;   // flatten only
-  FlatPlane plane = {};                       // of FlattenTo::plane
+  // smooth: volume lost at peaks returns over the brush; grab: the volume stays constant.
+  bool keep_volume = false;
+  FlattenTo flatten_to = FlattenTo::dab;      // flatten, trim and build
+  FlatPlane plane = {};                       // for FlattenTo::plane
   std::array<uint8_t, 3> color{178, 58, 48};  // paint only: red, green, blue
-  // throw only: a second finger so far across the wall [mm]; 0: there is none.
+  // throw only: thickness of the wall to a second finger [mm]; 0: no second finger.
   double wall_mm = 0;
-  double spacing = 0.25;  // between dabs, of the radius
+  double spacing = 0.25;  // distance between dabs, as a share of the radius
 
   static void for_fields(auto&& f) {
     constexpr Stored kUnlessDefault = Stored::unless_default;
@@ -72,10 +81,10 @@ struct Brush {
 };
 
 inline constexpr double kMaxSigmaCells = 4;
-inline constexpr double kLeastDabSpacing = 0.05, kMaxDabSpacing = 2;
+inline constexpr double kMinDabSpacing = 0.05, kMaxDabSpacing = 2;
 
-// Of a distance d from the brush's centre, in radii, whose square is `distance2`. Smooth:
-// (1 - d^2)^2; linear: 1 - d; constant: 1. Nothing at 1 and beyond.
+// Weight at a distance d from the brush's centre, in radii, where d^2 = `distance2`. Smooth: (1 -
+// d^2)^2; linear: 1 - d; constant: 1. It is 0 at 1 and beyond.
 inline double falloff_of_square(Falloff falloff, double distance2) {
   if (!(distance2 < 1)) return 0;
   switch (falloff) {
@@ -92,14 +101,14 @@ inline double falloff_weight(Falloff falloff, double distance) {
   return falloff_of_square(falloff, distance * distance);
 }
 
-// What dabs did to the model; volumes are the mean of the three fields.
+// The effect of dabs on the model. Volumes: dexel/volume.h.
 struct Reshaped {
   double added_mm3 = 0, removed_mm3 = 0;
   int64_t points = 0;    // lattice nodes that changed sides
-  bool clipped = false;  // material reached beyond the lattice, and is not there
-  double own = 1;        // share of it that the hand did itself; its images did the rest
-  // By material, of the hand's own: the share of it in what moved, and where, as a sum: sum_mm /
-  // share is the middle.
+  bool clipped = false;  // material beyond the lattice was lost
+  double own = 1;        // share that the hand did itself; its images did the rest
+  // Per material, for the hand's own part: its share of the moved volume, and a weighted sum of
+  // positions. The centre is sum_mm / share.
   struct Part {
     double share = 0;
     Vec3 sum_mm = Vec3::Zero();
@@ -107,8 +116,8 @@ struct Reshaped {
   std::array<Part, kMaxMaterials> parts;
 };
 
-// Whether a brush is one that a dab can take: finite, radius above 0, strength and sigma in range,
-// a plane with a normal; and whether the verb takes its strength.
+// Ok if a dab accepts the brush: finite, radius above 0, strength and sigma in range, a plane with
+// a normal. Also checks that the verb accepts its strength.
 Status check_brush(const Brush& brush, FieldVerb verb = FieldVerb::inflate);
 
 }  // namespace kibori

@@ -15,8 +15,8 @@
 namespace kibori {
 namespace {
 
-// Up to which height of a collar [cells] what is told does: distances up to a width, of nodes less
-// deep than the core, which may change sides or stand beside those that do.
+// The nodes to compute for collars up to the height `rise` [cells]. Distances are read up to
+// `width`. Only nodes less deep than `core` may change sides, or are next to nodes that do.
 struct Depth {
   float core, width;
   double rise;
@@ -26,29 +26,31 @@ constexpr std::array<Depth, 3> kDepths{{{2.5f, 2.5f, 1},
                                         {static_cast<float>(Clay::kMaxRise + 1),
                                          static_cast<float>(Clay::kMaxRise + 2), Clay::kMaxRise}}};
 constexpr const Depth& kWhole = kDepths.back();
-// A collar's surface, as a share of that of a plane under its falloff: what the tool leaves of it,
-// roughly (0.3 to 0.6 in the benchmark). It only decides what is told first.
+// Area of a collar's surface, as a share of that of a plane under its falloff. The tool covers the
+// rest. The benchmark measured 0.3 to 0.6. The value only selects what is computed first.
 constexpr double kShareOfPlane = 0.4;
-// Steps in search of a height: secants converge in one or two, halves come after so many. From the
-// second height that is too low on they lead this much too far, so that there is one above, too.
+// Steps of the search for a height. Secants converge in one or two steps. After kSecants steps,
+// bisection follows. From the second height that is too low, steps are longer by kBeyond.
+// Therefore, an upper bound is found too.
 constexpr int kMaxSteps = 24, kSecants = 8;
 constexpr double kBeyond = 1.05;
-// Nodes that stay, so far from those that rise [nodes], are looked at, too.
-constexpr uint32_t kBeside = 2;
-// From this tolerance on a volume is told from nodes (WriteBack::rough_volume), not from spans.
+// Nodes that do not rise are also read within this distance of those that rise [nodes].
+constexpr uint32_t kMargin = 2;
+// If the tolerance is at least this, nodes give the volume (WriteBack::rough_volume), not spans.
 constexpr double kRoughTolerance = 5e-3;
-// Beyond how many nodes there is no region, and what memory [bytes] is not asked about.
-constexpr double kMaxNodes = 2147483648.0, kSurelyThere = 256e6;
+// Maximum number of nodes of a region. Memory below kUncheckedClayBytes [bytes] is used without a
+// check.
+constexpr double kMaxClayNodes = 2147483648.0, kUncheckedClayBytes = 256e6;
 
 }  // namespace
 
 Clay::Clay() : writer_(std::make_unique<WriteBack>()) {}
 Clay::~Clay() = default;
 
-// Signed distances to the tools' ways, at the touched nodes of `box`, into way_band_: there the box
-// begins at 0.
-void Clay::measure_way(const Tool& tool, std::span<const PressingTool> tools, double radius_mm,
-                       const Lattice& lattice, const NodeBox& box) {
+// Computes signed distances to the tools' paths at the touched nodes of `box`, into path_band_. In
+// path_band_, the box begins at 0.
+void Clay::measure_path(const Tool& tool, std::span<const PressingTool> tools, double radius_mm,
+                        const Lattice& lattice, const NodeBox& box) {
   if (!scratch_ || (scratch_->lattice().nodes != box.size()).any() ||
       scratch_->lattice().pitch_mm != lattice.pitch_mm) {
     Lattice around;
@@ -59,9 +61,10 @@ void Clay::measure_way(const Tool& tool, std::span<const PressingTool> tools, do
   }
   scratch_->restore(empty_);
   const Vec3 corner = lattice.to_mm(LatticePoint{box.low.matrix().cast<double>()});
-  std::deque<SweptTool> ways;  // they stay where they are
-  const auto add = [&](const Pose& from, const Vec3& way) {
-    ways.emplace_back(tool, Pose{from.tip - corner, from.frame}, way, scratch_->lattice());
+  std::deque<SweptTool> sweeps;  // a deque, so that elements do not move
+  const auto add = [&](const Pose& from, const Vec3& displacement) {
+    sweeps.emplace_back(tool, Pose{from.tip - corner, from.frame}, displacement,
+                        scratch_->lattice());
   };
   for (const PressingTool& at : tools) {
     const Vec3 along = radius_mm * at.direction, out = radius_mm * at.pose.axis();
@@ -71,12 +74,12 @@ void Clay::measure_way(const Tool& tool, std::span<const PressingTool> tools, do
   }
   run_parallel(threads_, 3, [&](size_t axis) {
     Removed added;
-    for (const SweptTool& way : ways)
-      deposit_field(scratch_->field(kAxes[axis]), way.solid(), 0, added);
+    for (const SweptTool& sweep : sweeps)
+      deposit_field(scratch_->field(kAxes[axis]), sweep.solid(), 0, added);
   });
-  // What is cut off by the box's border is no surface of a way.
-  way_band_.read_at(*scratch_, {Index3::Zero(), box.size()}, static_cast<float>(kRamp), touched_,
-                    band_.turn());
+  // Where the box cuts off a path, there is no surface.
+  path_band_.read_at(*scratch_, {Index3::Zero(), box.size()}, static_cast<float>(kRamp), touched_,
+                     band_.turn());
 }
 
 Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const PressingTool> tools,
@@ -93,8 +96,8 @@ Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const 
     if (!(centre[i] + radius > 0 && centre[i] - radius < lattice.nodes[i])) return Reshaped{};
   if (wanted == 0) return Reshaped{};
 
-  // As large whatever the place, so that the scratch model is used again; beyond the lattice all is
-  // outside.
+  // The size does not depend on the place, so that the scratch model can be reused. Everything
+  // beyond the lattice is outside.
   const int reach = static_cast<int>(std::ceil(radius + double{kWhole.width})) + 2;
   NodeBox box;
   for (int i = 0; i < 3; i++) {
@@ -103,11 +106,11 @@ Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const 
   }
   const double nodes = box.size().cast<double>().prod(),
                bytes = static_cast<double>(kBytesPerNode) * nodes;
-  const double there = bytes > kSurelyThere ? available_bytes() : 0;
-  if (nodes >= kMaxNodes || (there > 0 && bytes > 0.8 * there) ||
+  const double there = bytes > kUncheckedClayBytes ? available_bytes() : 0;
+  if (nodes >= kMaxClayNodes || (there > 0 && bytes > 0.8 * there) ||
       (box.size() > kMaxNodesPerAxis).any())
     return Error{"the tool is too large for this pitch: its collar of clay takes too much memory"};
-  // Most collars are low: one that is higher than expected is told again.
+  // Most collars are low. A collar that is higher than expected is computed again.
   const double plane = std::numbers::pi / 3 * radius * radius,
                expected = std::fabs(wanted) / (kShareOfPlane * plane);
   const Depth* depth = kDepths.data();
@@ -117,11 +120,11 @@ Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const 
   while (true) {
     band_.read(
         model, box.turned(turn), depth->width, turn,
-        {.centre = turned, .reach = static_cast<float>(radius + kBeside), .beside = kBeside});
+        {.centre = turned, .reach = static_cast<float>(radius + kMargin), .margin = kMargin});
     if (!find_touched(turn.turn(lattice.nodes), turned, radius, depth->core)) return Reshaped{};
-    measure_way(tool, tools, radius_mm, lattice, box);
+    measure_path(tool, tools, radius_mm, lattice, box);
     const double area = weigh(turned, radius);
-    band_.copy_told_phi(after_);
+    band_.copy_computed_phi(after_);
     writer_->begin(band_, touched_, threads_);
     const bool found = !(area > 0) || rise(model, wanted, area, depth->rise, tolerance);
     if (depth == &kWhole ||
@@ -132,8 +135,8 @@ Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const 
   return writer_->write(model, after_);
 }
 
-// The nodes within the lattice, |phi| < core, of blocks that the collar's radius reaches; whether
-// there are some.
+// Finds the nodes within the lattice with |phi| < core, in blocks that the collar's radius reaches.
+// Returns true if there are some.
 bool Clay::find_touched(const Index3& nodes, const LatticePoint& centre, double radius,
                         float core) {
   band_.blocks_within(core, touched_, [&](NodeBlock& block) {
@@ -146,14 +149,14 @@ bool Clay::find_touched(const Index3& nodes, const LatticePoint& centre, double 
   return !touched_.empty();
 }
 
-// The collar's weights; leaves of the touched nodes those that rise. Returns the sum of the weights
-// over the surface.
+// Computes the collar's weights, and reduces the touched nodes to those that rise. Returns the
+// integral of the weights over the surface.
 double Clay::weigh(const LatticePoint& centre, double radius) {
   weights_.resize(touched_.size());
   areas_.resize(touched_.size());
   const auto weigh = band_kernels().weigh_collar;
   run_parallel_ranges(threads_, touched_.size(), [&](size_t first, size_t number) {
-    weigh({touched_.data() + first, number, band_.phi().data(), way_band_.phi().data(),
+    weigh({touched_.data() + first, number, band_.phi().data(), path_band_.phi().data(),
            centre.units, radius, kRamp, weights_.data() + first, areas_.data() + first});
   });
   size_t count = 0;
@@ -169,9 +172,10 @@ double Clay::weigh(const LatticePoint& centre, double radius) {
   return area;
 }
 
-// phi after the collar rose by the height that adds the wanted volume [lattice units^3], or by
-// kMaxRise. False, if it was to rise by more than `most`.
-bool Clay::rise(const TriDexel& model, double wanted, double area, double most, double tolerance) {
+// Computes phi after the collar rose by the height that adds the wanted volume [lattice units^3],
+// or by kMaxRise. Returns false if it must rise by more than `max_rise`.
+bool Clay::rise(const TriDexel& model, double wanted, double area, double max_rise,
+                double tolerance) {
   const double sign = wanted > 0 ? 1 : -1, size = std::fabs(wanted);
   const auto raise_by = [&](double lambda) {
     const auto by = static_cast<float>(lambda);
@@ -179,17 +183,17 @@ bool Clay::rise(const TriDexel& model, double wanted, double area, double most, 
       const NodeBlock& block = touched_[b];
       const float *phi = band_.phi().data() + block.place, *weight = weights_[b].lane;
       float* after = after_.data() + block.place;
-      // The others of the block have no weight.
+      // The other nodes of the block have weight 0.
       for (int n = 0; n < 16; n++) after[n] = phi[n] - by * weight[n];
     });
   };
-  // The volume grows with lambda, but with kinks and steps, where a surface along the lattice
-  // passes nodes: so the root is kept between two bounds. Secants first, then halves.
+  // The volume grows with lambda. It has kinks and steps where a surface along the lattice passes
+  // nodes. Therefore, the root is kept between two bounds. Secants come first, then bisection.
   double low = 0, low_volume = 0, high = kMaxRise, high_volume = 0;
-  bool known = false;  // high_volume is
+  bool known = false;  // true if high_volume is known
   double lambda = std::min(size / area, kMaxRise);
   for (int step = 0; step < kMaxSteps; step++) {
-    if (lambda > most) return false;
+    if (lambda > max_rise) return false;
     raise_by(sign * lambda);
     const double volume =
                      sign * (tolerance < kRoughTolerance ? writer_->volume(model, after_)
@@ -218,7 +222,7 @@ bool Clay::rise(const TriDexel& model, double wanted, double area, double most, 
     lambda = known && (step >= kSecants || !(secant > low && secant < high)) ? 0.5 * (low + high)
                                                                              : secant;
   }
-  // At a step: the side that is nearer, but not where nothing would change.
+  // At a step: take the nearer side, but not a side that changes nothing.
   const bool nearer = known && (low == 0 || high_volume - size < size - low_volume);
   raise_by(sign * (nearer ? high : low));
   return true;

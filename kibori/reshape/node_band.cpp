@@ -19,14 +19,14 @@ using namespace detail;
 
 namespace {
 
-// Where |d|^2 - kSideways2 is beyond the width's square, phi is no less than the width.
+// If |d|^2 - kSideways2 exceeds the square of the width, phi is at least the width.
 constexpr float kSideways2 = 1;
 
 constexpr size_t kBlock = 16;
 constexpr std::array<Axis, 3> kEndOrder{Axis::z, Axis::y, Axis::x};
 static_assert(kMaxMaterials <= 64);
 
-// Whether an end is major: see node_band.h.
+// True if an end is major: see node_band.h.
 template <Axis axis>
 bool is_major(uint32_t normal) {
   const auto square = [](uint32_t snorm) {
@@ -34,10 +34,10 @@ bool is_major(uint32_t normal) {
     return n * n;
   };
   const int64_t u2 = square(normal & 0xffffu), v2 = square(normal >> 16),
-                depth2 = int64_t{32767} * 32767 - u2 - v2, most = std::max({u2, v2, depth2});
-  // 0.75 and 0.87 are squared here.
-  const auto sees = [&](int64_t component2) { return 16 * component2 >= 9 * most; };
-  const auto sees_well = [&](int64_t component2) { return 4 * component2 > 3 * most; };
+                depth2 = int64_t{32767} * 32767 - u2 - v2, max_squared = std::max({u2, v2, depth2});
+  // The limits 0.75 and 0.87, squared.
+  const auto sees = [&](int64_t component2) { return 16 * component2 >= 9 * max_squared; };
+  const auto sees_well = [&](int64_t component2) { return 4 * component2 > 3 * max_squared; };
   switch (axis) {
     case Axis::z:
       return sees(depth2);
@@ -48,7 +48,7 @@ bool is_major(uint32_t normal) {
   }
 }
 
-// decode_normal in float32, where it is half the work: u, v and depth make a unit vector already,
+// decode_normal in float32, which is half the work. u, v and depth are already a unit vector,
 // unless u and v alone are longer.
 template <Axis axis>
 Eigen::Vector3f decode_unit(uint32_t code, bool at_out) {
@@ -67,7 +67,7 @@ Eigen::Vector3f decode_unit(uint32_t code, bool at_out) {
 
 }  // namespace
 
-// Before the first slice of a field.
+// Call before the first slice of a field.
 void detail::BandScratch::prepare(const BandSlice& slice) {
   const size_t blocks = slice.rows * slice.cols,
                seeds = slice.rows * (slice.cols + 2 * slice.margin),
@@ -98,9 +98,10 @@ void detail::BandScratch::clear_seeds() {
   }
 }
 
-// Counted on some rays of each field: one that the surface runs along has the fewest ends.
+// Counts ends on some rays of each field. The field whose rays run along the surface has the
+// fewest.
 AxisTurn turn_along_surface(const TriDexel& model, const LatticePoint& centre, double reach) {
-  constexpr int kRays = 5;  // to each side of the centre
+  constexpr int kRays = 5;  // on each side of the centre
   const double step = std::max(1.0, reach / kRays);
   std::array<int, 3> ends{};
   for (const Axis axis : kAxes) {
@@ -142,18 +143,18 @@ void NodeBand::read_wanted(const TriDexel& model, const NodeBox& box, float widt
                            const BandPart& part, const std::vector<NodeBlock>* wanted) {
   const BandKernels kernels = band_kernels();
   box_ = box;
-  const Index3 asked = box.size().max(0);
-  blocks_ = (static_cast<size_t>(asked[0]) + kBlock - 1) / kBlock;
+  const Index3 extent = box.size().max(0);
+  blocks_ = (static_cast<size_t>(extent[0]) + kBlock - 1) / kBlock;
   nx_ = blocks_ * kBlock;
-  ny_ = static_cast<size_t>(asked[1]);
-  nz_ = static_cast<size_t>(asked[2]);
+  ny_ = static_cast<size_t>(extent[1]);
+  nz_ = static_cast<size_t>(extent[2]);
   box_.high[0] = box_.low[0] + static_cast<int>(nx_);
   width_ = width;
   centre_ = part.centre.units.cast<float>();
   farthest_ = std::sqrt(width * width + kSideways2);
   reach_ = part.reach;
   around_ = part.around;
-  KIBORI_CHECK(nx_ * ny_ * nz_ < UINT32_MAX && width < 250);  // rows_near has bytes
+  KIBORI_CHECK(nx_ * ny_ * nz_ < UINT32_MAX && width < 250);  // rows_near holds bytes
   const size_t rows = ny_ * nz_ * blocks_;
   make_items(phi_, nx_ * ny_ * nz_);
   distance2_.resize(rows);
@@ -164,7 +165,7 @@ void NodeBand::read_wanted(const TriDexel& model, const NodeBox& box, float widt
   all_wanted_ = !wanted;
   if (box.empty()) return;
   if (wanted) want(*wanted);
-  // How far the nodes are from the centre, blocks where they are nearest.
+  // Distances of the nodes from the centre; for blocks, at their nearest node.
   for (int i = 0; i < 3; i++) {
     const size_t count = i == 0 ? blocks_ : i == 1 ? ny_ : nz_, nodes = i == 0 ? kBlock : 1;
     std::vector<float>& away = away_[static_cast<size_t>(i)];
@@ -195,15 +196,15 @@ void NodeBand::read_wanted(const TriDexel& model, const NodeBox& box, float widt
   join_ends();
   for (const Axis axis : kEndOrder) search(axis);
   offer_minor_ends();
-  list_known(part.beside);
-  tell_sides(part.beside);
+  list_known(part.margin);
+  compute_sides(part.margin);
   run_parallel_ranges(threads_, known_blocks_.size(), [&](size_t first, size_t number) {
     kernels.measure(
         {known_blocks_.data() + first, number, ends_.data(), nearest_.data(), width_, phi_.data()});
   });
 }
 
-// Before anything else is read.
+// Call before anything else is read.
 void NodeBand::want(const std::vector<NodeBlock>& nodes) {
   wanted_.assign(known_.size(), 0);
   const auto columns = [&](int axis) {
@@ -223,8 +224,8 @@ void NodeBand::want(const std::vector<NodeBlock>& nodes) {
             static_cast<float>(box_.low[depth_index(axis)] + node[depth_index(axis)]) + 0.5f);
       }
   }
-  // What is nearest to a node of a column is on its rays, or on those of columns beside it.
-  const auto beside = static_cast<size_t>(std::ceil(farthest_ / static_cast<float>(kColumn)));
+  // The end nearest to a node of a column is on its rays, or on those of neighbouring columns.
+  const auto margin = static_cast<size_t>(std::ceil(farthest_ / static_cast<float>(kColumn)));
   std::vector<DepthRange> own;
   for (const Axis axis : kAxes) {
     std::vector<DepthRange>& depths = depths_[static_cast<size_t>(axis)];
@@ -234,8 +235,8 @@ void NodeBand::want(const std::vector<NodeBlock>& nodes) {
       for (size_t u = 0; u < nu; u++) {
         const DepthRange& range = own[v * nu + u];
         if (range.low > range.high) continue;
-        for (size_t q = v - std::min(v, beside); q <= std::min(nv - 1, v + beside); q++)
-          for (size_t p = u - std::min(u, beside); p <= std::min(nu - 1, u + beside); p++) {
+        for (size_t q = v - std::min(v, margin); q <= std::min(nv - 1, v + margin); q++)
+          for (size_t p = u - std::min(u, margin); p <= std::min(nu - 1, u + margin); p++) {
             depths[q * nu + p].include(range.low - farthest_);
             depths[q * nu + p].include(range.high + farthest_);
           }
@@ -243,7 +244,7 @@ void NodeBand::want(const std::vector<NodeBlock>& nodes) {
   }
 }
 
-// Depths at which ends of a ray may be nearest to a node.
+// The depths at which ends of a ray may be nearest to a node.
 DepthRange NodeBand::wanted_depths(Axis axis, int u, int v) const {
   if (all_wanted_) return {-kFar, kFar};
   const int a = u_index(axis), b = v_index(axis);
@@ -327,13 +328,14 @@ std::array<Axis, 3> NodeBand::order_by_surface() const {
   return order;
 }
 
-// Known blocks in order; and into rows_[1], where not all sides are told, which nodes are within
-// `beside` of them along x and y.
-void NodeBand::list_known(uint32_t beside) {
-  const bool all = beside == BandPart::kAll;
+// Lists the known blocks in order. If not all sides are computed, rows_[1] gets the nodes within
+// `margin` of them along x and y.
+void NodeBand::list_known(uint32_t margin) {
+  const bool all = margin == BandPart::kAll;
   if (!all) rows_[1].assign(ny_ * nz_, {});
-  const size_t blocks = ny_ * blocks_;  // of a slice
-  // Calls f(at) for each of the slice's that has known nodes. Most have none: four at once.
+  const size_t blocks = ny_ * blocks_;  // per slice
+  // Calls f(at) for each block of the slice with known nodes. Most blocks have none, so four are
+  // tested together.
   const auto for_known = [&](size_t k, auto&& f) {
     const uint16_t* const known = known_.data() + k * blocks;
     size_t at = 0;
@@ -347,7 +349,7 @@ void NodeBand::list_known(uint32_t beside) {
       at = end;
     }
   };
-  std::vector<size_t> end(nz_);  // of each slice's, in the list
+  std::vector<size_t> end(nz_);  // end of each slice in the list
   run_parallel_slices(threads_, nz_, [&](size_t k, size_t) {
     size_t count = 0;
     for_known(k, [&](size_t) { count++; });
@@ -367,28 +369,28 @@ void NodeBand::list_known(uint32_t beside) {
       if (all) return;
       const auto first = static_cast<uint32_t>(in_row * kBlock),
                  low = first + static_cast<uint32_t>(known.first()),
-                 high = first + static_cast<uint32_t>(known.last()) + 1 + beside;
-      const RowRange near{low - std::min(low, beside), std::min(static_cast<uint32_t>(nx_), high)};
-      const size_t last = std::min(ny_ - 1, row + beside);
-      for (size_t r = row - std::min<size_t>(row, beside); r <= last; r++)
+                 high = first + static_cast<uint32_t>(known.last()) + 1 + margin;
+      const RowRange near{low - std::min(low, margin), std::min(static_cast<uint32_t>(nx_), high)};
+      const size_t last = std::min(ny_ - 1, row + margin);
+      for (size_t r = row - std::min<size_t>(row, margin); r <= last; r++)
         rows_[1][k * ny_ + r].include(near);
     });
   });
 }
 
-// Which nodes are inside. Of a ball's nodes few are near the surface.
-void NodeBand::tell_sides(uint32_t beside) {
-  const bool all = beside == BandPart::kAll;
-  if (!all) spread_rows(rows_[1], 2, beside, told_);
-  const auto kernel = band_kernels().tell_sides;
+// Computes which nodes are inside. Only few nodes of a ball are near the surface.
+void NodeBand::compute_sides(uint32_t margin) {
+  const bool all = margin == BandPart::kAll;
+  if (!all) spread_rows(rows_[1], 2, margin, computed_);
+  const auto kernel = band_kernels().compute_sides;
   run_parallel_slices(threads_, nz_, [&](size_t k, size_t) {
     BandPlane own = plane(k);
-    own.told = all ? nullptr : told_.data() + k * ny_;
+    own.computed = all ? nullptr : computed_.data() + k * ny_;
     kernel(own);
   });
 }
 
-// The z field's spans.
+// Reads the z field's spans.
 void NodeBand::read_spans(const TriDexel& model) {
   const FieldSnapshot& field = model.field(turn_.old(Axis::z)).view();
   const NodeBox there = box_.within({Index3::Zero(), turn_.turn(model.lattice().nodes)});
@@ -417,14 +419,14 @@ void NodeBand::read_spans(const TriDexel& model) {
     }
 }
 
-// Adds the ends of the ray at (u, v) that may be nearest to a node, and calls f(end, depth) for
-// each that is major.
+// Adds the ends of the ray at (u, v) that may be nearest to a node. Calls f(end, depth) for each
+// major end.
 template <Axis axis, class F>
 void NodeBand::add_ends(const FieldSnapshot& field, int u, int v, FieldEnds& to, F&& f) const {
   constexpr int d = depth_index(axis);
   const DepthRange wanted = wanted_depths(axis, u, v);
   if (wanted.low > wanted.high) return;
-  // Squared distances from the ball, by axis; what the ray's own leave for one along it.
+  // Squared distance from the ball, by axis; and what remains for the distance along the ray.
   const auto off2 = [&](float place, int i) {
     const float distance = std::max(0.0f, std::fabs(place - centre_[i]) - around_);
     return distance * distance;
@@ -440,7 +442,7 @@ void NodeBand::add_ends(const FieldSnapshot& field, int u, int v, FieldEnds& to,
   end.place[v_index(axis)] = static_cast<float>(v) + 0.5f;
   end.axis = axis;
   const auto add = [&](float depth, uint32_t normal, bool at_out, uint8_t material, Color paint) {
-    // Neither node of its lattice edge.
+    // Neither node of its lattice edge is in the box.
     if (depth - 0.5f < lowest - 1 || depth - 0.5f >= beyond) return;
     if (depth < wanted.low || depth > wanted.high || off2(depth, d) > near2) return;
     end.place[d] = depth;
@@ -455,7 +457,7 @@ void NodeBand::add_ends(const FieldSnapshot& field, int u, int v, FieldEnds& to,
     f(static_cast<uint32_t>(to.ends.size()), depth);
     to.ends.push_back(end);
   };
-  // Spans that touch are two materials, and no surface.
+  // Touching spans are two materials without a surface between them.
   Span last{-kFar, -kFar, 0, 0, 0, 0, 0};
   field.for_spans(u, v, [&](const Span& span) {
     if (span.in != last.out) {
@@ -467,7 +469,7 @@ void NodeBand::add_ends(const FieldSnapshot& field, int u, int v, FieldEnds& to,
   if (last.in < last.out) add(last.out, last.normal_out, true, last.material, last.paint_out);
 }
 
-// A field's ends that may be nearest to a node within reach.
+// Reads a field's ends that may be nearest to a node within reach.
 template <Axis axis>
 void NodeBand::read_ends(const TriDexel& model) {
   const FieldSnapshot& field = model.field(turn_.old(axis)).view();
@@ -499,7 +501,7 @@ void NodeBand::read_ends(const TriDexel& model) {
       }
     return;
   }
-  // Rows along y of z rays, along z of y rays.
+  // Rows along y for z rays, along z for y rays.
   constexpr bool of_z = axis == Axis::z;
   constexpr int r = of_z ? 1 : 2;
   for (int row = there.low[r]; row < there.high[r]; row++)
@@ -529,7 +531,7 @@ void NodeBand::read_ends(const TriDexel& model) {
     }
 }
 
-// The fields' ends into one list: major ones of z, y, x, then the others.
+// Joins the fields' ends into one list: the major ones of z, y, x, then the others.
 void NodeBand::join_ends() {
   std::array<size_t, 3> first{}, minor{};
   size_t count = 0;
@@ -561,7 +563,7 @@ void NodeBand::join_ends() {
   });
 }
 
-// To the two nodes of their lattice edges; each thread has slices of its own.
+// Offers each minor end to the two nodes of its lattice edge. Each thread handles its own slices.
 void NodeBand::offer_minor_ends() {
   const float too_far = width_ * width_ + kSideways2, reach2 = reach_ * reach_;
   const auto slabs = static_cast<size_t>(std::max(1, threads_));
@@ -570,7 +572,7 @@ void NodeBand::offer_minor_ends() {
     for (size_t e = first_minor_; e < ends_.size(); e++) {
       const SurfaceEnd& end = ends_[e];
       const int d = depth_index(end.axis);
-      Index3 node = end.place.array().cast<int>();  // none is below 0
+      Index3 node = end.place.array().cast<int>();  // no coordinate is negative
       node[d] = static_cast<int>(1 + (end.place[d] - 0.5f)) - 1;
       for (int step = 0; step < 2; step++, node[d]++) {
         if (node[d] < box_.low[d] || node[d] >= box_.high[d]) continue;

@@ -1,25 +1,26 @@
 // SPDX-License-Identifier: MIT
-// Signed distances at the lattice nodes near the surface, from the ends of all three fields at
-// once: so that what is computed from them cannot differ by field.
+// Signed distances at the lattice nodes near the surface, from the ends of all three fields
+// together. Therefore, values that are computed from them cannot differ by field.
 //
 //   inside     phi < 0, decided by the z field
 //   |phi|      from the node's nearest end (place p, normal n), at a distance d = x - p:
 //              max(|d . n|, sqrt(max(0, |d|^2 - 1))), at most `width`
 //
-// The 1 is one cell of sideways distance: within it an end's own plane is trusted. A field has an
-// end so near to each point of a plane (within 0.97 cells) if the normal's component along its rays
-// is 0.75 of the largest or more. So one field's ends do for farther nodes: the `major` ones,
+// The 1 is one cell of sideways distance: within it, the end's own plane is used. A field has such
+// an end near each point of a plane (within 0.97 cells) under one condition. The normal's component
+// along its rays must be at least 0.75 of the largest. Therefore, the ends of one field are enough
+// for farther nodes. These are the `major` ends:
 //
-//   z   wherever that holds
+//   z   where that holds
 //   y   where it holds, unless the component along z is above 0.87 of the largest
-//   x   where it holds, unless that along z or y is
+//   x   where it holds, unless the component along z or y is
 //
-// which leaves 4 degrees in which one field takes over from another. Others are for the two nodes
-// of their lattice edge alone.
+// This leaves 4 degrees in which two fields overlap. Other ends only serve the two nodes of their
+// lattice edge.
 //
-// Nodes are gone over in rows along x. Those are fewest near a surface that they run along; so a
-// band may be read with the model's axes turned. Boxes, nodes, places, normals and axes are then
-// all by the new names, and of the fields, too: the z field above is the one of that name.
+// Nodes are processed in rows along x. The number of rows near a surface is smallest if they run
+// along it. Therefore, a band can be read with the model's axes turned. Then boxes, nodes, places,
+// normals, axes and fields all use the new names. The z field above is the one with the new name z.
 #pragma once
 
 #include <algorithm>
@@ -37,7 +38,7 @@
 
 namespace kibori {
 
-// Nodes low <= (i, j, k) < high. May reach beyond the lattice: there every node is outside.
+// Nodes low <= (i, j, k) < high. The box may extend beyond the lattice; nodes there are outside.
 struct NodeBox {
   Index3 low = Index3::Zero(), high = Index3::Zero();
 
@@ -51,7 +52,7 @@ struct NodeBox {
     return (other.low >= low).all() && (other.high <= high).all();
   }
 
-  // Of arrays with a place for each node, x fastest.
+  // Index into arrays with one element per node, x fastest.
   size_t index(int i, int j, int k) const {
     return static_cast<size_t>(k - low[2]) * stride(2) +
            static_cast<size_t>(j - low[1]) * stride(1) + static_cast<size_t>(i - low[0]);
@@ -71,27 +72,28 @@ struct NodeBox {
   }
 };
 
-// Some of the 16 nodes (i, j, k) ... (i + 15, j, k) of a box: bit n of `nodes` stands for i + n.
+// A subset of the 16 nodes (i, j, k) ... (i + 15, j, k) of a box. Bit n of `nodes` is node i + n.
 struct NodeBlock {
   int i, j, k;
-  uint32_t place;  // of the first node, as of NodeBox::index; of the box's blocks: place / 16
+  // NodeBox::index of the first node; for the box's own blocks, the block number is place / 16
+  uint32_t place;
   uint16_t nodes;
 
   int first() const { return std::countr_zero(nodes); }
   int last() const { return 15 - std::countl_zero(nodes); }
-  // Those with low <= i < high.
+  // The nodes with low <= i < high.
   unsigned nodes_along(int low, int high) const {
     const int first = std::clamp(low - i, 0, 16), end = std::clamp(high - i, first, 16);
     return nodes & ((1u << end) - (1u << first));
   }
-  // Calls f(n) for each.
+  // Calls f(n) for each node.
   template <class F>
   void for_nodes(F&& f) const {
     for (unsigned bits = nodes; bits; bits &= bits - 1) f(std::countr_zero(bits));
   }
 };
 
-// Where a ray enters or leaves the material.
+// A point where a ray enters or leaves the material.
 struct SurfaceEnd {
   Eigen::Vector3f place;   // [lattice units]
   Eigen::Vector3f normal;  // unit, out of the material
@@ -105,16 +107,16 @@ struct BandSlice;
 
 namespace detail {
 
-// 16 nodes beside each other along x, or the rays through them: a block.
+// A block: 16 consecutive nodes along x, or the rays through them.
 struct alignas(64) FloatRow {
   float lane[16];
 };
 struct alignas(64) IndexRow {
   int32_t lane[16];
 };
-// Regions of one brush differ by a node a side: memory for one does for the others, too.
+// Regions of one brush differ by a node per side. The extra memory lets them share one allocation.
 inline size_t with_room(size_t size) { return size + size / 8; }
-// Memory that begins where a row of 16 may: so that no such row lies across two cache lines.
+// Aligned memory, so that no row of 16 crosses a cache line.
 template <class T>
 struct RowAllocator {
   using value_type = T;
@@ -130,7 +132,7 @@ struct RowAllocator {
   }
   bool operator==(const RowAllocator&) const = default;
 };
-// Makes `size` items, whose values mean nothing.
+// Makes `size` items with unspecified values.
 template <class T, class A>
 void make_items(std::vector<T, A>& items, size_t size) {
   if (size > items.capacity()) {
@@ -139,11 +141,11 @@ void make_items(std::vector<T, A>& items, size_t size) {
   }
   items.resize(size);
 }
-// Memory that is written before it is read, so that it is not cleared when it grows.
+// Memory that is written before it is read, so it is not cleared when it grows.
 template <class T>
 class Uncleared {
  public:
-  // Whether the memory is new.
+  // Returns true if the memory is new.
   bool resize(size_t size) {
     if (size <= size_) return false;
     items_.reset();
@@ -160,11 +162,11 @@ class Uncleared {
   std::unique_ptr<T[]> items_;
   size_t size_ = 0;
 };
-// What rays have of something, as indices.
+// The items of a ray, as a range of indices.
 struct RayItems {
   uint32_t first = 0, count = 0;
 };
-// Of each of a block's rays one end (below 0: none), or one span.
+// For each ray of a block: one end (negative: none), or one span.
 struct EndLayer {
   FloatRow depth;
   IndexRow end;
@@ -180,14 +182,17 @@ struct DepthRange {
     high = std::max(high, depth);
   }
 };
-// Of one slice of nodes while nearest ends are looked for.
+// Memory of one slice of nodes during the search for nearest ends.
 struct BandScratch {
-  // What has no end is this far off. Between slices all rows are, between fields all seeds, too.
+  // The distance of a node without an end. All rows have it between slices. All seeds have it
+  // between fields.
   float too_far = 0;
   Uncleared<FloatRow> seed_distance2, row_distance2;
   Uncleared<IndexRow> seed_end, row_end;
-  // Of each block: whether it has seeds; whether there are some near along the row; of how many
-  // rows from here on an end of this one may be nearest.
+  // Per block:
+  // - it has seeds,
+  // - there are seeds near it along the row,
+  // - number of further rows to which an end of this row may be nearest.
   std::vector<uint8_t> seeded, seeds_near, rows_near;
   size_t cols = 0, margin = 0;  // of the seeds
   bool prepared = false;        // for the field
@@ -210,37 +215,38 @@ struct RowRange {
 
 struct BandPlane;
 
-// A value of each node of a box.
+// One value per node of a box.
 using NodeValues = std::vector<float, detail::RowAllocator<float>>;
 
-// Which nodes of a box are read, by the names that the band's turn gives.
+// The nodes of a box that are read, with the names after the band's turn.
 struct BandPart {
-  // Distances: of those within the ball of radius `reach` round `centre` [lattice units], grown by
-  // `around` along each axis, and of some beside them.
+  // Distances are read within a ball of radius `reach` around `centre` [lattice units]. The ball is
+  // grown by `around` along each axis. Some nodes next to it are read too.
   LatticePoint centre = {};
   float reach = kFar, around = 0;
-  // Sides: of those within so many nodes, along each axis, of a known distance, as far as the ball
-  // goes.
+  // Sides are read within this number of nodes, along each axis, of a known distance, inside the
+  // ball.
   static constexpr uint32_t kAll = UINT32_MAX;
-  uint32_t beside = kAll;
+  uint32_t margin = kAll;
 };
 
-// The turn after which rows along x run along the surface within a ball, as nearly as they can.
+// The turn after which rows along x run along the surface within a ball as well as possible.
 AxisTurn turn_along_surface(const TriDexel& model, const LatticePoint& centre, double reach);
 
-// Memory is kept from one use to the next.
+// Reads and stores signed distances. Keeps its memory between uses.
 class NodeBand {
  public:
-  // On how many threads read() runs; the result does not depend on it.
+  // Number of threads of read(). It does not change the result.
   void set_threads(int threads) { threads_ = threads; }
-  // Reads a part of the nodes of `box`, by the names that `turn` gives; phi of the others means
-  // nothing. `width` [lattice units]: distances beyond it are not told apart. The band's box is
-  // this one, but longer along x if need be: its rows are whole blocks.
+  // Reads a part of the nodes of `box`, with the names after `turn`. phi of the other nodes is
+  // unspecified. Distances beyond `width` [lattice units] are not resolved. The band's box may be
+  // longer along x, because its rows are whole blocks.
   void read(const TriDexel& model, const NodeBox& box, float width, AxisTurn turn = {},
             const BandPart& part = {});
 
-  // Reads some nodes of `box`, in the order of their indices; phi of the others means nothing. Only
-  // their places in the box are looked at: they may be another's, of a box as large.
+  // Reads some nodes of `box`, in the order of their indices. phi of the other nodes is
+  // unspecified. Only the nodes' places in the box count, so `nodes` may come from another box of
+  // the same size.
   void read_at(const TriDexel& model, const NodeBox& box, float width,
                const std::vector<NodeBlock>& nodes, AxisTurn turn = {});
 
@@ -248,7 +254,7 @@ class NodeBand {
   const NodeBox& box() const { return box_; }
   float width() const { return width_; }
   size_t index(int i, int j, int k) const { return box_.index(i, j, k); }
-  // The `at`-th 16 nodes of a row.
+  // Number of blocks of 16 nodes in a row. block() returns the `at`-th one.
   size_t blocks_a_row() const { return blocks_; }
   NodeBlock block(size_t at, int j, int k) const {
     const int i = box_.low[0] + static_cast<int>(at * 16);
@@ -258,11 +264,11 @@ class NodeBand {
   size_t stride(int axis) const { return box_.stride(axis); }
   const NodeValues& phi() const { return phi_; }
   const std::vector<SurfaceEnd>& ends() const { return ends_; }
-  // Nodes whose phi is known better than its sign, each once, in the order of their indices.
+  // Nodes with a known distance, each once, in the order of their indices.
   const std::vector<NodeBlock>& blocks() const { return known_blocks_; }
-  // Those of them with |phi| < depth, in the same order.
+  // The subset with |phi| < depth, in the same order.
   void blocks_within(float depth, std::vector<NodeBlock>& to) const;
-  // Of those what keep(block) leaves of their nodes; on all threads.
+  // The nodes of these that keep(block) retains. Runs on all threads.
   template <class Keep>
   void blocks_within(float depth, std::vector<NodeBlock>& to, Keep&& keep) const {
     detail::make_items(to, known_blocks_.size());
@@ -275,23 +281,23 @@ class NodeBand {
     std::erase_if(to, [](const NodeBlock& block) { return block.nodes == 0; });
   }
   Index3 node_at(size_t index) const { return box_.node_at(index); }
-  // Fields in the order of how much of the surface they see best, that one first.
+  // The fields, ordered by how much of the surface they measure best, the best first.
   std::array<Axis, 3> order_by_surface() const;
-  // Ranges of the box's rows that hold the nodes, and ranges that hold what lies within `reach`
-  // nodes of others, along one axis.
+  // rows_of returns the range of each row that contains the nodes. spread_rows extends ranges to
+  // the rows within `reach` nodes along one axis.
   void rows_of(const std::vector<NodeBlock>& nodes, std::vector<detail::RowRange>& to) const;
   void spread_rows(const std::vector<detail::RowRange>& from, int axis, uint32_t reach,
                    std::vector<detail::RowRange>& to) const;
-  // Copies phi of the nodes, of those within two nodes of them along each axis, and of some beside
-  // those, to the same places of `to`.
+  // Copies phi to the same places of `to`. It copies the nodes, those within two nodes along each
+  // axis, and some next to them.
   void copy_phi(const std::vector<NodeBlock>& nodes, NodeValues& to);
-  // The same of all nodes whose sides were told, where those are not all: see BandPart::beside.
-  void copy_told_phi(NodeValues& to) const { copy_rows(told_, to); }
-  // A node's nearest end of those that may be its, or null if there is none within the width.
+  // The same for all nodes with a computed side, if these are not all nodes: see BandPart::beside.
+  void copy_computed_phi(NodeValues& to) const { copy_rows(computed_, to); }
+  // A node's nearest end; null if there is none within the width.
   const SurfaceEnd* nearest(const NodeBlock& block, int n) const {
     return nearest(block.place + static_cast<size_t>(n));
   }
-  // That end's material; without a look at it where all are of one.
+  // That end's material. It does not read the end if all ends have one material.
   std::optional<uint8_t> material(const NodeBlock& block, int n) const {
     const SurfaceEnd* end = nearest(block, n);
     if (!end) return std::nullopt;
@@ -306,7 +312,8 @@ class NodeBand {
   void read_wanted(const TriDexel& model, const NodeBox& box, float width, const BandPart& part,
                    const std::vector<NodeBlock>* wanted);
   void read_spans(const TriDexel& model);
-  // Of one field: major ends, of blocks of rays in layers, of x rays by each; and the other ends.
+  // For one field: major ends, stored by blocks of rays in layers (x rays: by ray), and the other
+  // ends.
   struct FieldEnds {
     std::vector<SurfaceEnd> ends, minor;
     uint64_t materials = 0;  // bits
@@ -323,8 +330,8 @@ class NodeBand {
   void join_ends();
   void search(Axis axis);
   void offer_minor_ends();
-  void list_known(uint32_t beside);
-  void tell_sides(uint32_t beside);
+  void list_known(uint32_t margin);
+  void compute_sides(uint32_t margin);
   void copy_rows(const std::vector<detail::RowRange>& rows, NodeValues& to) const;
   // See BandKernels.
   static auto nodes_within_depth() -> uint32_t (*)(const float* phi, float depth);
@@ -332,25 +339,25 @@ class NodeBand {
 
   AxisTurn turn_;
   NodeBox box_;
-  size_t nx_ = 0, ny_ = 0, nz_ = 0, blocks_ = 0;  // blocks: rows of 16 nodes along x
+  size_t nx_ = 0, ny_ = 0, nz_ = 0, blocks_ = 0;  // blocks_: blocks of 16 nodes per row
   int threads_ = 1;
   float width_ = 0, reach_ = 0, around_ = 0;
   Eigen::Vector3f centre_ = Eigen::Vector3f::Zero();
-  float farthest_ = 0;  // an end that is told from none, of a node
-  // By axis: squared distances of nodes, along x of blocks, from the ball; and of their ends.
+  float farthest_ = 0;  // maximum useful distance of an end from a node
+  // By axis: squared distances of nodes (along x of blocks) from the ball, and of their ends.
   std::array<std::vector<float>, 3> away_, ends_away_;
   NodeValues phi_;
-  // By blocks: squared distance and index of the nearest end yet, and for which nodes there is one.
+  // Per block: squared distance and index of the nearest end so far, and the nodes that have one.
   detail::Uncleared<detail::FloatRow> distance2_;
   detail::Uncleared<detail::IndexRow> nearest_;
   std::vector<uint16_t> known_;
   std::vector<SurfaceEnd> ends_;
-  size_t first_minor_ = 0;  // of ends_
+  size_t first_minor_ = 0;  // in ends_
   std::optional<uint8_t> only_material_;
   std::vector<NodeBlock> known_blocks_;
-  std::array<FieldEnds, 3> fields_;  // once joined, by indices of ends_
-  // Where only some nodes are wanted: those of each block; and by axis, for columns of kColumn by
-  // kColumn rays, at which depths ends may be nearest to one of them.
+  std::array<FieldEnds, 3> fields_;  // after the join, as indices into ends_
+  // If only some nodes are wanted: the nodes of each block. By axis, for columns of kColumn by
+  // kColumn rays: the depths at which ends may be nearest to one of them.
   bool all_wanted_ = true;
   std::vector<uint16_t> wanted_;
   static constexpr int kColumn = 8;
@@ -358,9 +365,9 @@ class NodeBand {
   // Spans of blocks of z rays.
   std::vector<detail::RayItems> rays_;
   std::vector<detail::BandSpans> span_layers_;
-  std::vector<detail::BandScratch> scratch_;  // of each thread
+  std::vector<detail::BandScratch> scratch_;  // per thread
   std::array<std::vector<detail::RowRange>, 2> rows_;
-  std::vector<detail::RowRange> told_;
+  std::vector<detail::RowRange> computed_;
 };
 
 }  // namespace kibori

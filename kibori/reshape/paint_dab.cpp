@@ -26,7 +26,7 @@ Color blended(Color from, Color to, double share) {
   return mixed;
 }
 
-// The colours that a ray's spans are to have.
+// The new colours of a ray's span.
 struct SpanPaint {
   Color in, out;
 };
@@ -38,7 +38,7 @@ struct Dab {
   std::vector<Vec3> centres;  // [cells]
   double radius;              // [cells]
 
-  // The colour at a place [cells] of the surface that has colour `old` (0: the material's own).
+  // The new colour at a place [cells] of the surface with colour `old` (0: the material's colour).
   Color painted(const Vec3& at, Color old, uint8_t material) const {
     double weight = 0;
     for (const Vec3& centre : centres)
@@ -51,7 +51,8 @@ struct Dab {
     return after == before ? old : after;
   }
 
-  // Rays that a brush reaches, v << 16 | u, each once however many brushes do.
+  // The rays that a brush reaches, as v << 16 | u. Each ray occurs once, also if several brushes
+  // reach it.
   std::vector<uint32_t> rays(const Lattice& lattice, Axis axis) const {
     const int u_axis = u_index(axis), v_axis = v_index(axis);
     std::vector<uint32_t> rays;
@@ -105,7 +106,7 @@ class RayPainter {
     for (size_t i = 0; i < spans_.size(); i++) {
       const Span& span = spans_[i];
       SpanPaint paint{span.paint_in, span.paint_out};
-      // Where spans touch, two materials meet, and there is no surface.
+      // Touching spans are two materials without a surface between them.
       if (i == 0 || spans_[i - 1].out != span.in) {
         at[depth] = span.in;
         paint.in = dab_.painted(at, span.paint_in, span.material);
@@ -123,7 +124,7 @@ class RayPainter {
   const Dab& dab_;
   Field& field_;
   const Axis axis_;
-  // Of the ray.
+  // For the current ray.
   std::vector<Span> spans_;
   std::vector<SpanPaint> paints_;
 };

@@ -12,11 +12,11 @@
 
 namespace kibori {
 
-// Blends the brush's colour into every end of the surface within it, by strength times falloff;
-// what was never painted has its material's colour before. Falloffs about several places add up to
-// 1 at most. Gives the number of ends that have another colour now. `materials`: not empty; one
-// that is not in it is as the last. Errors: a brush that check_brush refuses, a place that is not
-// finite.
+// Blends the brush's colour into every end of the surface within it, with strength times falloff.
+// An unpainted end starts with its material's colour. Falloffs of several places add up, to at most
+// 1. Returns the number of ends whose colour changed. `materials` must not be empty. A material
+// number beyond it uses the last one. Errors: a brush that check_brush rejects, or a place that is
+// not finite.
 Result<int64_t> paint_dab(TriDexel& model, const Brush& brush, std::span<const Vec3> centres_mm,
                           std::span<const Material> materials);
 

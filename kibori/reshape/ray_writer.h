@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: MIT
-// Nodes that change sides, into the spans of one field: rays are read, told anew between two nodes
-// that stay, and written. Internal to `reshape`.
+// Writes nodes that change sides into the spans of one field. It reads each ray, rebuilds it
+// between two nodes that stay, and writes it. Internal to `reshape`.
 //
-// What changes is a `Change`; after on_ray(axis, u, v) it answers about that ray, by the index k of
-// a node along it:
+// The template argument `Change` describes the change. After on_ray(axis, u, v) it answers for that
+// ray, by the index k of a node along it:
 //
-//   changes(k)       whether the node, or an end beside it, may be another
+//   changes(k)       true if the node, or an end next to it, may change
 //   inside(k)        after the change
+//   was_inside(k)    before the change
 //   end_on(k, ends)  the end between nodes k - 1 and k, after the change
-//   material(depth)  of what is new and has no old material beside it
+//   material(depth)  of new material without old material next to it
 //   dress(end)       normal (any length) and paint of an end that is new or moved
 #pragma once
 
@@ -20,28 +21,30 @@
 #include <vector>
 
 #include <kibori/dexel/normal_code.h>
+#include <kibori/dexel/volume.h>
 #include <kibori/edit/ray_edit.h>
 #include <kibori/dexel/tri_dexel.h>
 #include <kibori/reshape/node_band.h>
 
 namespace kibori {
 
-// An old end belongs to the lattice edge it lies on; float32 may have put it this much [cells]
-// past the edge's node.
+// An old end belongs to the lattice edge that contains it. Float32 rounding may move it past the
+// edge's node by this distance [cells].
 inline constexpr float kEdgeSlack = 1e-2f;
 
 inline float node_depth(int k) { return static_cast<float>(k) + 0.5f; }
 
 struct DepthInterval {
   float from, to;
+  float weight_from = 0, weight_to = 0;  // of its ends (depth_weight); 0 where the run cuts it off
 };
 
-// An end as it is to be.
+// An end after the change.
 struct NewEnd {
   float depth = 0;
   bool out = false;
-  bool known = false;  // whether it was there before, as:
-  uint32_t normal = 0;
+  bool known = false;   // it existed before, with these values:
+  uint32_t normal = 0;  // its code
   Color paint = 0;
   float moved = 0;
   int edge = 0;  // between nodes edge - 1 and edge
@@ -55,17 +58,19 @@ struct Dress {
 // One ray of one field, between nodes that stay.
 struct RayRun {
   std::vector<Span> before;          // of the whole ray
-  std::vector<DepthInterval> solid;  // what is to be between `from` and `to`
+  std::vector<DepthInterval> was;    // the same between `from` and `to`
+  std::vector<DepthInterval> solid;  // the new intervals between `from` and `to`
   std::vector<NewEnd> ends;
   float from = 0, to = 0;
   bool changes = false;
+  double interfaces = 0;  // change of interface_volume by the run, once it is written
 
-  // Whether a span's end is one of the material; where spans touch, two materials meet.
+  // True if the span's end is a surface of the material. Where spans touch, two materials meet.
   bool is_surface(size_t i, bool out) const {
     return out ? i + 1 == before.size() || before[i + 1].in != before[i].out
                : i == 0 || before[i - 1].out != before[i].in;
   }
-  // The old end between nodes k - 1 and k: the first way out, or the last way in.
+  // The old end between nodes k - 1 and k: the first `out` end, or the last `in` end.
   NewEnd old_end(int k, bool out) const {
     NewEnd end;
     end.out = out;
@@ -85,25 +90,56 @@ struct RayRun {
   }
 };
 
-// Length added and removed by a run.
-inline std::pair<double, double> lengths(const RayRun& run) {
-  double was = 0, is = 0, both = 0;
-  for (const Span& span : run.before)
-    was += std::max(0.0, std::min(double{span.out}, double{run.to}) -
-                             std::max(double{span.in}, double{run.from}));
-  for (const DepthInterval& solid : run.solid) {
-    is += double{solid.to} - double{solid.from};
-    for (const Span& span : run.before)
-      both += std::max(0.0, std::min(double{span.out}, double{solid.to}) -
-                                std::max(double{span.in}, double{solid.from}));
+// Sum of the corrections (dexel/volume.h) of both sides where spans of a ray touch. It is not 0 if
+// the sides have different normals.
+template <class Spans>
+double interface_volume(const Spans& spans) {
+  double sum = 0;
+  for (size_t i = 0; i + 1 < spans.size(); i++) {
+    const float depth = spans[i].out;
+    if (spans[i + 1].in != depth) continue;
+    sum +=
+        (double{depth_weight(spans[i].normal_out)} - double{depth_weight(spans[i + 1].normal_in)}) *
+        (double{depth} - double{first_node(depth)});
   }
-  return {is - both, was - both};
+  return sum;
 }
 
-// Which nodes may change on the rays of one field: some ranges low <= k < high of each ray.
+// Volume that a run adds and removes (dexel/volume.h) [cells^3]: the corrections of its ends, and
+// its nodes in the z field. Interfaces count only once the run is written.
+inline std::pair<double, double> volumes(const RayRun& run, bool of_z) {
+  const auto volume = [&](const DepthInterval& piece) {
+    // An end may be exactly at the run's upper node.
+    if (!(piece.from < piece.to || (piece.from == piece.to && piece.to == run.to))) return 0.0;
+    const RayVolume v(piece.from, piece.to, piece.weight_from, piece.weight_to);
+    return v.correction() + (of_z ? v.nodes() : 0);
+  };
+  // Intersection of two intervals. An end of both counts as the first one's.
+  const auto shared = [](const DepthInterval& one, const DepthInterval& other) {
+    DepthInterval both = one;
+    if (other.from > one.from) {
+      both.from = other.from;
+      both.weight_from = other.weight_from;
+    }
+    if (other.to < one.to) {
+      both.to = other.to;
+      both.weight_to = other.weight_to;
+    }
+    return both;
+  };
+  double was = 0, is = 0, both = 0;
+  for (const DepthInterval& solid : run.solid) is += volume(solid);
+  for (const DepthInterval& old : run.was) {
+    was += volume(old);
+    for (const DepthInterval& solid : run.solid) both += volume(shared(old, solid));
+  }
+  return {is - both + std::max(0.0, run.interfaces), was - both + std::max(0.0, -run.interfaces)};
+}
+
+// The nodes that may change on the rays of one field: ranges low <= k < high of each ray.
 class RayRanges {
  public:
-  // None yet, of the nodes of `box`.
+  // Clears the ranges, for the nodes of `box`.
   void reset(Axis axis, const NodeBox& box) {
     u_ = u_index(axis);
     v_ = v_index(axis);
@@ -112,14 +148,14 @@ class RayRanges {
     ranges_.assign(static_cast<size_t>(box.size()[u_]) * static_cast<size_t>(box.size()[v_]), {});
     before_.clear();
   }
-  // In any order; with the nodes between.
+  // In any order. Includes all nodes between the included ones.
   void include(const Index3& node) {
     Range& range = ranges_[place(node[u_], node[v_])];
     range.low = std::min(range.low, node[d_]);
     range.high = std::max(range.high, node[d_] + 1);
   }
-  // Nodes along x, of y or z rays, which go on in their order along the rays: bit n of `nodes`,
-  // which is not 0, stands for at + n.
+  // A row of nodes along x, on y or z rays. Call it in the rays' order. Bit n of `nodes`, which is
+  // not 0, is the node at + n.
   void include_row(const Index3& at, unsigned nodes) {
     const Index3 first = at + Index3(std::countr_zero(nodes), 0, 0);
     const auto step = u_ == 0 ? size_t{1} : static_cast<size_t>(box_.size()[u_]);
@@ -167,7 +203,7 @@ class RayRanges {
  private:
   struct Range {
     int low = INT_MAX, high = INT_MIN;
-    uint32_t before = 0;  // the ray's range before this one, counted from 1 in before_; 0: none
+    uint32_t before = 0;  // the ray's previous range, counted from 1 in before_; 0: none
   };
   size_t place(int u, int v) const {
     return static_cast<size_t>(v - box_.low[v_]) * static_cast<size_t>(box_.size()[u_]) +
@@ -176,19 +212,19 @@ class RayRanges {
 
   NodeBox box_;
   int u_ = 0, v_ = 1, d_ = 2;
-  std::vector<Range> ranges_;  // of each ray the last
+  std::vector<Range> ranges_;  // last range of each ray
   std::vector<Range> before_;
 };
 
 template <class Change>
 class RayWriter {
  public:
-  // `axis`: the field's, as the change names it.
+  // `axis`: the field's axis in the frame of the change.
   RayWriter(const FieldSnapshot& field, Axis axis, Change& change)
       : axis_(axis), nodes_(field.nodes_depth()), field_(field), change_(change) {}
 
-  // Calls f(run) for every run of changed nodes that changes spans of the ray at (u, v), among
-  // nodes low <= k < high; low - 1 and high are the change's, too, and stay.
+  // Calls f(run) for every run of changed nodes that changes spans of the ray at (u, v). It
+  // considers nodes low <= k < high. low - 1 and high also belong to the change's nodes, and stay.
   template <class F>
   void for_runs(int u, int v, int low, int high, F&& f) {
     change_.on_ray(axis_, u, v);
@@ -205,14 +241,14 @@ class RayWriter {
       solve(k, end);
       if (run_.changes) {
         f(run_);
-        loaded = false;  // the ray is another now
+        loaded = false;  // the ray has changed
       }
       k = end;
     }
   }
 
-  // Writes a run into its ray.
-  void write(Field& field, int u, int v, const RayRun& run) const {
+  // Writes a run into its ray. Sets run.interfaces.
+  void write(Field& field, int u, int v, RayRun& run) {
     Tile& tile = field.writable(u / kTileSide, v / kTileSide);
     const int slot = (v % kTileSide) * kTileSide + u % kTileSide;
     float gap = run.from;
@@ -224,11 +260,17 @@ class RayWriter {
     for (const DepthInterval& solid : run.solid) fill(field, tile, slot, run, solid);
     for (const NewEnd& end : run.ends)
       if (!end.known || end.moved != 0) finish(field, tile, slot, end);
+    if (tile.material == kMixedMaterial) {
+      after_.clear();
+      for (const Plane* p = &tile.first; p && !p->empty_at(slot); p = p->next)
+        after_.push_back(FieldSnapshot::span_at(*p, slot));
+      run.interfaces = interface_volume(after_) - interface_volume(run.before);
+    }
     for (Plane* p = &tile.first; p; p = p->next) p->tight = false;
   }
 
  private:
-  // What the changed nodes low <= k < high make of the ray, into run_.
+  // Computes the new ray between the changed nodes low <= k < high, into run_.
   void solve(int low, int high) {
     const auto end_of_ray = static_cast<float>(nodes_);
     run_.from = std::max(0.0f, node_depth(low - 1));
@@ -236,20 +278,24 @@ class RayWriter {
     run_.solid.clear();
     run_.ends.clear();
     run_.changes = false;
+    run_.interfaces = 0;
     bool in = change_.inside(low - 1);
-    float start = run_.from;
+    float start = run_.from, start_weight = 0;
     for (int k = low; k <= high; k++) {
       const bool now = change_.inside(k);
       if (now == in) continue;
       const NewEnd end = end_on(k, in);
       run_.ends.push_back(end);
       run_.changes |= !end.known || end.moved != 0;
-      if (in) run_.solid.push_back({start, end.depth});
+      const float weight = depth_weight(end.normal);
+      if (in) run_.solid.push_back({start, end.depth, start_weight, weight});
       start = end.depth;
+      start_weight = weight;
       in = now;
     }
-    if (in) run_.solid.push_back({start, run_.to});
-    // Spans that hold no node, and ends that are gone.
+    if (in) run_.solid.push_back({start, run_.to, start_weight, 0});
+    find_old_intervals(low, high);
+    // Spans that hold no node, and removed ends.
     size_t ends_before = 0;
     for (size_t i = 0; i < run_.before.size(); i++) {
       const Span& span = run_.before[i];
@@ -257,7 +303,7 @@ class RayWriter {
       ends_before += run_.is_surface(i, true) && span.out > run_.from && span.out <= run_.to;
     }
     run_.changes |= ends_before != run_.ends.size();
-    // A field that float32 has told apart from the others at a node is brought back to them.
+    // Rounding may make this field differ from the others at a node. That is corrected here.
     for (int k = low; k < high && !run_.changes; k++) {
       const auto holds = [&](const Span& span) {
         return span.in <= node_depth(k) && node_depth(k) < span.out;
@@ -267,23 +313,62 @@ class RayWriter {
     }
   }
 
+  // The material between the run's ends, for its volume. Spans that touch are one interval.
+  void find_old_intervals(int low, int high) {
+    run_.was.clear();
+    for (size_t i = 0; i < run_.before.size(); i++) {
+      Span span = run_.before[i];
+      for (; !run_.is_surface(i, true); i++) {
+        span.out = run_.before[i + 1].out;
+        span.normal_out = run_.before[i + 1].normal_out;
+      }
+      if (span.out <= run_.from || span.in > run_.to) continue;
+      DepthInterval old{run_.from, run_.to};
+      if (span.in > run_.from) {
+        old.weight_from = depth_weight(span.normal_in);
+        old.from = near_node(span.in, old.weight_from, false, low, high);
+      }
+      if (span.out <= run_.to) {
+        old.weight_to = depth_weight(span.normal_out);
+        old.to = near_node(span.out, old.weight_to, true, low, high);
+      }
+      if (old.from <= old.to) run_.was.push_back(old);
+    }
+  }
+  // Moves an end that is tied to a node (dexel/volume.h) to the side that matches the node's state.
+  float near_node(float depth, float weight, bool out, int low, int high) const {
+    if (!is_tied(depth, weight)) return depth;
+    const int k = tied_node(depth);
+    if (k < low - 1 || k > high) return depth;
+    const bool above = change_.was_inside(k) == out;
+    return above ? std::nextafter(node_depth(k), kFar) : node_depth(k);
+  }
+
   NewEnd end_on(int k, bool out) const {
     NewEnd end = change_.end_on(k, out, run_);
-    // Between the two nodes, and in the lattice; a span is half-open, so the upper node may be hit.
+    // Clamps to the range between the two nodes, and to the lattice. A span is half-open, so the
+    // end may be at the upper node.
     const float clamped =
         std::clamp(end.depth, std::max(0.0f, std::nextafter(node_depth(k - 1), kFar)),
                    std::min(static_cast<float>(nodes_), node_depth(k)));
     if (end.known) end.moved += clamped - end.depth;
     end.depth = clamped;
+    if (end.known && end.moved == 0) return end;
+    const Dress dress = change_.dress(end);
+    double depth = dress.normal[depth_index(axis_)];
+    depth = end.out ? std::max(depth, 0.0) : std::min(depth, 0.0);
+    end.normal = encode_normal(dress.normal[u_index(axis_)], dress.normal[v_index(axis_)], depth);
+    end.paint = dress.paint;
     return end;
   }
 
-  // Fills the gaps of `solid` with the material beside them.
+  // Fills the gaps of `solid` with the adjacent material.
   void fill(Field& field, Tile& tile, int slot, const RayRun& run,
             const DepthInterval& solid) const {
-    const auto deposit = [&](float from, float to, const Span* beside) {
+    const auto deposit = [&](float from, float to, const Span* neighbour) {
       if (!(from < to)) return;
-      const uint8_t material = beside ? beside->material : change_.material(0.5f * (from + to));
+      const uint8_t material =
+          neighbour ? neighbour->material : change_.material(0.5f * (from + to));
       deposit_ray(field, tile, slot, from, to, material);
       tile.material = tile.empty || tile.material == material ? material : kMixedMaterial;
       tile.empty = false;
@@ -292,7 +377,7 @@ class RayWriter {
     const Span* last = nullptr;
     for (const Span& span : run.before) {
       if (span.out <= solid.from || span.in >= solid.to) {
-        // It may end right where the solid begins.
+        // It may end exactly where the solid begins.
         if (span.out == solid.from) last = &span;
         continue;
       }
@@ -303,22 +388,17 @@ class RayWriter {
     deposit(reached, solid.to, last);
   }
 
-  // Gives an end that is new or moved its normal and paint.
+  // Sets normal and paint of an end that is new or moved.
   void finish(Field& field, Tile& tile, int slot, const NewEnd& end) const {
     Plane* plane = &tile.first;
     while (plane &&
            (plane->empty_at(slot) || (end.out ? plane->out[slot] : plane->in[slot]) != end.depth))
       plane = plane->next;
     if (!plane) return;
-    const Dress dress = change_.dress(end);
-    double depth = dress.normal[depth_index(axis_)];
-    depth = end.out ? std::max(depth, 0.0) : std::min(depth, 0.0);
-    const uint32_t code =
-        encode_normal(dress.normal[u_index(axis_)], dress.normal[v_index(axis_)], depth);
-    (end.out ? plane->normal_out : plane->normal_in)[slot] = code;
-    if (dress.paint || plane->paint) {
+    (end.out ? plane->normal_out : plane->normal_in)[slot] = end.normal;
+    if (end.paint || plane->paint) {
       PaintPlane& colours = field.paint_of(*plane);
-      (end.out ? colours.out : colours.in)[slot] = dress.paint;
+      (end.out ? colours.out : colours.in)[slot] = end.paint;
     }
   }
 
@@ -327,19 +407,20 @@ class RayWriter {
   const FieldSnapshot& field_;
   Change& change_;
   RayRun run_;
+  std::vector<Span> after_;
 };
 
-// Writes every run of `ranges` into the field, whose axis is `axis` to the change; calls told(run)
-// before each.
+// Writes every run of `ranges` into the field, whose axis is `axis` in the frame of the change.
+// Calls on_run(run) after each.
 template <class Change, class F>
-void write_runs(Field& field, Axis axis, const RayRanges& ranges, Change& change, F&& told) {
+void write_runs(Field& field, Axis axis, const RayRanges& ranges, Change& change, F&& on_run) {
   RayWriter<Change> writer(field.view(), axis, change);
   ranges.for_tiles([&](int tu, int tv) {
     bool wrote = false;
     ranges.for_rays(tu, tv, [&](int u, int v, int low, int high) {
-      writer.for_runs(u, v, low, high, [&](const RayRun& run) {
-        told(run);
+      writer.for_runs(u, v, low, high, [&](RayRun& run) {
         writer.write(field, u, v, run);
+        on_run(run);
         wrote = true;
       });
     });

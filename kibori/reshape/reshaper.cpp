@@ -14,49 +14,49 @@
 namespace kibori {
 namespace {
 
-// Cells from a node that changes to those whose slopes make its new ends' normals; and what float32
-// may make of a place.
+// kSlopeReach: cells from a changing node to the nodes whose slopes give its new ends' normals.
+// kReachSlack: the float32 error of a position.
 constexpr float kSlopeReach = 2;
 constexpr double kReachSlack = 0.01;
 
-// The filter reaches this many sigma: what is beyond weighs 1.2 %. At three it would weigh 0.3 %,
-// and a dab take a seventh longer.
+// The filter reaches this many sigma; 1.2 % of the weight is beyond. At three, 0.3 % is beyond, and
+// a dab takes a seventh longer.
 constexpr double kFilterReach = 2.5;
 
-// A filter's band is wider than the filter reaches by this much [sigma, and cells]: where nodes
-// beside the surface see distances cut short, a plane creeps.
+// A filter's band is wider than the filter's reach by this [sigma, and cells]. If nodes near the
+// surface read clamped distances, a plane creeps.
 constexpr double kBandSigmas = 0.5, kBandCells = 2;
 
 // Bisections for a filter's width: to 1e-6 of a cell.
 constexpr int kWidthSteps = 24;
 
-// A smaller sigma [cells] is a filter of one node.
-constexpr double kLeastSigma = 0.05;
+// A filter with a smaller sigma [cells] has one node.
+constexpr double kMinSigma = 0.05;
 
-// The least width of a band [cells]: the nodes of an end's edge and those whose slopes make its
-// normal.
-constexpr double kLeastWidth = 4;
+// Minimum width of a band [cells]. It covers the nodes of an end's edge and those whose slopes give
+// its normal.
+constexpr double kMinWidth = 4;
 
-// Nodes this deep [sigma, and cells] may change sides in one dab: a slab that vanishes has its
-// middle at 0.8 sigma, a cube's corner moves by 1.5.
+// Nodes up to this depth [sigma, and cells] may change sides in one dab. The middle of a slab that
+// vanishes is at 0.8 sigma. A cube's corner moves by 1.5.
 constexpr double kCoreSigmas = 1.6, kCoreCells = 1.5;
-// Only nodes this deep [cells] are told first, which a surface needs that moves by half a cell, and
-// the others only if it moves farther.
+// Nodes up to this depth [cells] are computed first. They are enough for a surface that moves by
+// half a cell. The others are computed only if it moves farther.
 constexpr float kNearCore = 2.5f;
 constexpr double kNearRise = 0.5;
 
-// Of secant steps for a kept volume: it converges in two or three.
+// Maximum number of secant steps to keep the volume. The steps converge in two or three.
 constexpr int kMaxVolumeSteps = 8;
-// Relative to the volume moved.
+// Relative to the moved volume.
 constexpr double kVolumeTolerance = 1e-4;
-// How far a dab raises the surface [cells] at most for what those before it owe.
-constexpr double kOwedRise = 0.02;
+// Maximum rise of the surface per dab [cells] to restore the pending volume of earlier dabs.
+constexpr double kPendingRise = 0.02;
 
 constexpr double kMaxRegionNodes = 2147483648.0;
-// So much memory is not asked about before each dab.
-constexpr double kSurelyThere = 256e6;
+// A dab does not check for memory below this amount.
+constexpr double kUncheckedBytes = 256e6;
 
-// exp(-x), x >= 0, of nothing but sums and products: the same on every machine.
+// exp(-x), x >= 0, from sums and products only, so it is the same on every machine.
 double exp_minus(double x) {
   double halved = x;
   int halvings = 0;
@@ -67,10 +67,10 @@ double exp_minus(double x) {
   return sum;
 }
 
-// Weights at 0, 1, ... cells of a Gaussian; the whole sum, both sides, is 1, and the variance of
-// the weights is sigma^2, as if neither sampled nor cut off.
+// The weights of a Gaussian at 0, 1, ... cells. The sum of both sides is 1. The variance of the
+// weights is sigma^2, as without sampling and cut-off.
 void gaussian(double sigma, std::vector<float>& kernel) {
-  const int reach = sigma < kLeastSigma ? 0 : static_cast<int>(std::ceil(kFilterReach * sigma));
+  const int reach = sigma < kMinSigma ? 0 : static_cast<int>(std::ceil(kFilterReach * sigma));
   kernel.assign(static_cast<size_t>(reach) + 1, 1);
   if (reach == 0) return;
   const auto sums = [&](double width) {
@@ -106,7 +106,7 @@ NodeBox nodes_within(const LatticePoint& centre, double radius) {
   return box;
 }
 
-// Whether the brush's ball meets the lattice, so that its nodes are small integers.
+// True if the brush's ball meets the lattice, so that its nodes are small integers.
 bool meets(const Lattice& lattice, const LatticePoint& centre, double radius) {
   for (int i = 0; i < 3; i++)
     if (!(centre[i] + radius > 0 && centre[i] - radius < lattice.nodes[i])) return false;
@@ -128,7 +128,7 @@ std::pair<LatticePoint, double> Reshaper::Cluster::middle() const {
 }
 
 Reshaper::Cluster Reshaper::Cluster::turned(AxisTurn by) const {
-  Cluster turned{region.turned(by), centres, own, owed};
+  Cluster turned{region.turned(by), centres, own, pending};
   for (Centre& centre : turned.centres)
     centre = {LatticePoint{by.turn(centre.at.units)},
               {by.turn(centre.flat.point_mm), by.turn(centre.flat.normal)}};
@@ -146,7 +146,7 @@ Status check_brush(const Brush& brush, FieldVerb verb) {
     return Error{"a brush's sigma must be a number of mm, or 0 for an eighth of the radius"};
   if (!(brush.wall_mm >= 0) || !std::isfinite(brush.wall_mm))
     return Error{"a wall between two fingers must be a number of mm, or 0 for one finger"};
-  if (!(brush.spacing >= kLeastDabSpacing && brush.spacing <= kMaxDabSpacing))
+  if (!(brush.spacing >= kMinDabSpacing && brush.spacing <= kMaxDabSpacing))
     return Error{"a brush's spacing must be a number from 0.05 to 2, of its radius"};
   const double length = brush.plane.normal.norm();
   if (!brush.plane.point_mm.allFinite() || !(length > 0) || !std::isfinite(length))
@@ -155,18 +155,17 @@ Status check_brush(const Brush& brush, FieldVerb verb) {
 }
 
 Result<Reshaped> Reshaper::dab(TriDexel& model, FieldVerb verb, const Brush& brush,
-                               std::span<const DabPlace> places, double owed_mm3) {
+                               std::span<const DabPlace> places, double pending_mm3) {
   if (const Status fine = check_brush(brush, verb); !fine) return Error{fine.error()};
   const Lattice& lattice = model.lattice();
   const double radius = brush.radius_mm / lattice.pitch_mm;
   const double sigma = std::min(sigma_mm(brush) / lattice.pitch_mm, kMaxSigmaCells);
-  const bool filters = verb != FieldVerb::inflate && verb != FieldVerb::flatten;
   const double moves = sigma * (verb == FieldVerb::inflate && places.size() > 1 ? kMaxSum : 1);
-  gaussian(filters ? sigma : 0, kernel_);
-  const double width =
-      std::max(filters ? static_cast<double>(kernel_.size() - 1) + kBandSigmas * sigma + kBandCells
-                       : moves + 2,
-               kLeastWidth);
+  gaussian(filters(verb) ? sigma : 0, kernel_);
+  const double width = std::max(
+      filters(verb) ? static_cast<double>(kernel_.size() - 1) + kBandSigmas * sigma + kBandCells
+                    : moves + 2,
+      kMinWidth);
   const auto border = static_cast<int>(std::ceil(width)) + static_cast<int>(kernel_.size()) + 1;
   const NodeBox whole = NodeBox{Index3::Zero(), lattice.nodes}.grown(border);
 
@@ -177,7 +176,7 @@ Result<Reshaped> Reshaper::dab(TriDexel& model, FieldVerb verb, const Brush& bru
     const LatticePoint at = lattice.to_lattice(place.centre_mm);
     if (brush.strength == 0 || !meets(lattice, at, radius)) continue;
     Cluster here{nodes_within(at, radius).grown(border).within(whole), {{at, {}}}, i == 0, 0};
-    if (verb == FieldVerb::flatten) {
+    if (to_plane(verb)) {
       std::optional<FlatPlane> plane = place.plane;
       if (!plane && brush.flatten_to == FlattenTo::plane) plane = brush.plane;
       if (!plane)
@@ -186,9 +185,11 @@ Result<Reshaped> Reshaper::dab(TriDexel& model, FieldVerb verb, const Brush& bru
       const double length = plane->normal.norm();
       if (!plane->point_mm.allFinite() || !(length > 0) || !std::isfinite(length))
         return Error{"a plane to flatten to needs a finite point and a normal that is not 0"};
-      here.centres[0].flat = {lattice.to_lattice(plane->point_mm).units, plane->normal / length};
+      const Vec3 normal = plane->normal / length;
+      const double raised = verb == FieldVerb::build ? sigma : 0;
+      here.centres[0].flat = {lattice.to_lattice(plane->point_mm).units + raised * normal, normal};
     }
-    // With those whose regions it meets, and those that these then meet.
+    // Adds the clusters whose regions it meets, and those that these then meet.
     for (size_t k = 0; k < clusters.size();) {
       if (here.region.within(clusters[k].region).empty()) {
         k++;
@@ -209,8 +210,8 @@ Result<Reshaped> Reshaper::dab(TriDexel& model, FieldVerb verb, const Brush& bru
   double own = 0;
   const double cell = lattice.pitch_mm * lattice.pitch_mm * lattice.pitch_mm;
   for (Cluster& cluster : clusters) {
-    cluster.owed = owed_mm3 / cell * static_cast<double>(cluster.centres.size()) /
-                   static_cast<double>(places.size());
+    cluster.pending = pending_mm3 / cell * static_cast<double>(cluster.centres.size()) /
+                      static_cast<double>(places.size());
     Result<Reshaped> done = dab_cluster(model, verb, brush, radius, sigma, width, cluster);
     if (!done) return done;
     const Reshaped& what = done.value();
@@ -232,41 +233,39 @@ Result<Reshaped> Reshaper::dab_cluster(TriDexel& model, FieldVerb verb, const Br
   if (box.size().cast<double>().prod() >= kMaxRegionNodes)
     return Error{"the brush is too large for this pitch: its region has more than 2^31 nodes"};
   const double bytes = static_cast<double>(kBytesPerNode) * box.size().cast<double>().prod();
-  if (const double there = bytes > kSurelyThere ? available_bytes() : 0;
+  if (const double there = bytes > kUncheckedBytes ? available_bytes() : 0;
       there > 0 && bytes > 0.8 * there)
     return Error{
         "the brush is too large for this pitch: its region takes more memory than is free"};
   const auto [centre, spread] = given.middle();
   const AxisTurn turn = turn_along_surface(model, centre, spread + radius);
   const Cluster cluster = given.turned(turn);
-  const bool filters = verb != FieldVerb::inflate && verb != FieldVerb::flatten;
   band_.read(model, cluster.region, static_cast<float>(width), turn,
              {.centre = cluster.middle().first,
               .reach = static_cast<float>(spread + radius + kReachSlack),
               .around = std::max(static_cast<float>(kernel_.size() - 1), kSlopeReach)});
-  if (band_.blocks().empty() && verb != FieldVerb::flatten) return Reshaped{};
-  // How deep a node may change sides.
+  if (band_.blocks().empty() && !to_plane(verb)) return Reshaped{};
+  // The maximum depth of a node that may change sides.
   std::optional<float> deepest;
-  if (filters)
+  if (filters(verb))
     deepest = static_cast<float>(std::min(width, kCoreSigmas * sigma + kCoreCells));
   else if (verb == FieldVerb::inflate)
     deepest = static_cast<float>(width);
-  const auto tell = [&](std::optional<float> core, double most) {
-    return tell_after(model, verb, brush, radius, sigma, cluster, core, most);
+  const auto compute = [&](std::optional<float> core, double max_sum) {
+    return compute_phi_after(model, verb, brush, radius, sigma, cluster, core, max_sum);
   };
-  // Few do: the near ones are told first.
-  if (!(filters && deepest > kNearCore) || !tell(kNearCore, kNearRise) ||
+  // Few nodes deeper than kNearCore change sides, so the others are computed first.
+  if (!(filters(verb) && deepest > kNearCore) || !compute(kNearCore, kNearRise) ||
       changes_beyond(band_, after_, touched_, kNearCore, *deepest, threads_))
-    tell(deepest, std::numeric_limits<double>::infinity());
+    compute(deepest, std::numeric_limits<double>::infinity());
   return writer_->write(model, after_);
 }
 
-// phi after the verb, of the nodes of weigh(). False where it takes more than `most` [cells] to
-// keep the volume.
-bool Reshaper::tell_after(const TriDexel& model, FieldVerb verb, const Brush& brush, double radius,
-                          double sigma, const Cluster& cluster, std::optional<float> core,
-                          double most) {
-  const bool filters = verb != FieldVerb::inflate && verb != FieldVerb::flatten;
+// Computes phi after the verb at the nodes of weigh(). Returns false if it needs more than
+// `max_sum` [cells] to keep the volume.
+bool Reshaper::compute_phi_after(const TriDexel& model, FieldVerb verb, const Brush& brush,
+                                 double radius, double sigma, const Cluster& cluster,
+                                 std::optional<float> core, double max_sum) {
   const NodeValues& phi = band_.phi();
   weigh(brush, cluster, radius, verb == FieldVerb::inflate ? kMaxSum : 1, core);
   writer_->begin(band_, touched_, threads_);
@@ -279,7 +278,7 @@ bool Reshaper::tell_after(const TriDexel& model, FieldVerb verb, const Brush& br
       });
     });
   };
-  if (filters) {
+  if (filters(verb)) {
     filter();
     change([&](size_t node, float was, float weight) {
       const float is = was + weight * (second_[node] - was);
@@ -295,11 +294,13 @@ bool Reshaper::tell_after(const TriDexel& model, FieldVerb verb, const Brush& br
       touched_[b].for_nodes([&](int n) {
         const auto lane = static_cast<size_t>(n);
         const float was = phi[touched_[b].place + lane];
-        after_[touched_[b].place + lane] =
-            was + strength * weights_[b][lane] * (heights_[b][lane] - was);
+        float by = heights_[b][lane] - was;
+        if (verb == FieldVerb::trim) by = std::max(by, 0.0f);
+        if (verb == FieldVerb::build) by = std::min(by, 0.0f);
+        after_[touched_[b].place + lane] = was + strength * weights_[b][lane] * by;
       });
   }
-  // What is not lattice has no material.
+  // There is no material beyond the lattice.
   const auto outside_stays = [&] {
     const NodeBox all{Index3::Zero(), band_.turn().turn(model.lattice().nodes)};
     for (const NodeBlock& block : touched_) {
@@ -315,9 +316,9 @@ bool Reshaper::tell_after(const TriDexel& model, FieldVerb verb, const Brush& br
   outside_stays();
 
   if (brush.keep_volume && verb == FieldVerb::smooth) {
-    // phi - lambda w, with the lambda that leaves no change of volume but what is owed: by secants.
-    // Where a span or a gap comes or goes the volume steps, and may step over that: then the
-    // nearest that was met.
+    // phi - lambda w. Secants find the lambda for which the volume changes only by the pending
+    // amount. Where a span or a gap appears or vanishes, the volume has a step, which may skip that
+    // value. Then the nearest result is used.
     detail::make_items(first_, after_.size());
     for_touched([&](size_t node, float) { first_[node] = after_[node]; });
     const double moved = [&] {
@@ -335,23 +336,23 @@ bool Reshaper::tell_after(const TriDexel& model, FieldVerb verb, const Brush& br
                                  (end.place.cast<double>() - centre.at.units).norm() / radius);
       area += std::min(weight, 1.0) * double{std::fabs(end.normal[depth_index(end.axis)])};
     }
-    const double most_owed = kOwedRise * brush.strength * area,
-                 owed = std::clamp(cluster.owed, -most_owed, most_owed);
-    // What is then missing, with the other sign.
+    const double max_pending = kPendingRise * brush.strength * area,
+                 pending = std::clamp(cluster.pending, -max_pending, max_pending);
+    // The volume that is then missing, with opposite sign.
     const auto with = [&](double lambda) {
       for_touched([&](size_t node, float weight) {
         if (first_[node] != phi[node])
           after_[node] = first_[node] - static_cast<float>(lambda) * strength * weight;
       });
       outside_stays();
-      return writer_->volume(model, after_) - owed;
+      return writer_->volume(model, after_) - pending;
     };
     double last = 0, last_volume = with(0), best = 0, best_volume = std::fabs(last_volume);
     if (area > 0) {
-      double lambda = -last_volume / (brush.strength * area), told = 0;
+      double lambda = -last_volume / (brush.strength * area), computed = 0;
       for (int step = 0; step < kMaxVolumeSteps; step++) {
-        if (std::fabs(lambda) > most) return false;
-        const double volume = with(told = lambda);
+        if (std::fabs(lambda) > max_sum) return false;
+        const double volume = with(computed = lambda);
         if (std::fabs(volume) <= best_volume) {
           best = lambda;
           best_volume = std::fabs(volume);
@@ -362,14 +363,15 @@ bool Reshaper::tell_after(const TriDexel& model, FieldVerb verb, const Brush& br
         last_volume = volume;
         lambda = next;
       }
-      if (told != best) with(best);
+      if (computed != best) with(best);
     }
   }
   return true;
 }
 
-std::optional<Reshaper::Surface> Reshaper::surface_under(const TriDexel& model, const Brush& brush,
-                                                         const Vec3& centre_mm) {
+std::optional<Reshaper::SurfaceSample> Reshaper::surface_under(const TriDexel& model,
+                                                               const Brush& brush,
+                                                               const Vec3& centre_mm) {
   const Lattice& lattice = model.lattice();
   const LatticePoint centre = lattice.to_lattice(centre_mm);
   const double radius = brush.radius_mm / lattice.pitch_mm;
@@ -381,7 +383,8 @@ std::optional<Reshaper::Surface> Reshaper::surface_under(const TriDexel& model, 
   std::array<double, kMaxMaterials> areas{};
   for (const SurfaceEnd& end : band_.ends()) {
     const Vec3 at = end.place.cast<double>(), out = end.normal.cast<double>();
-    // Each field counts the area in its own direction; three squares of a unit normal make 1.
+    // Each field counts the area in its own direction. The squares of a unit normal's components
+    // add up to 1.
     const double weight = falloff_weight(brush.falloff, (at - centre.units).norm() / radius) *
                           std::fabs(out[depth_index(end.axis)]);
     place += weight * at;
@@ -390,14 +393,15 @@ std::optional<Reshaper::Surface> Reshaper::surface_under(const TriDexel& model, 
     areas[end.material] += weight;
   }
   if (!(area > 0) || !(normal.norm() > 1e-6 * area)) return {};
-  const auto most = std::max_element(areas.begin(), areas.end()) - areas.begin();
-  return Surface{{lattice.to_mm(LatticePoint{place / area}), normal.normalized()},
-                 static_cast<uint8_t>(most)};
+  const auto largest = std::max_element(areas.begin(), areas.end()) - areas.begin();
+  return SurfaceSample{{lattice.to_mm(LatticePoint{place / area}), normal.normalized()},
+                       static_cast<uint8_t>(largest)};
 }
 
-// The nodes that a verb may change, and the brush's falloff there: of the whole ball, or of the
-// band within it where |phi| < core. Falloffs of several places add up to `most`.
-void Reshaper::weigh(const Brush& brush, const Cluster& cluster, double radius, double most,
+// The nodes that a verb may change, and the brush's falloff there. They are those of the whole
+// ball, or of the band within it where |phi| < core. Falloffs of several places add up, to at most
+// `max_sum`.
+void Reshaper::weigh(const Brush& brush, const Cluster& cluster, double radius, double max_sum,
                      std::optional<float> core) {
   touched_.clear();
   NodeBox reach = nodes_within(cluster.centres[0].at, radius);
@@ -407,7 +411,7 @@ void Reshaper::weigh(const Brush& brush, const Cluster& cluster, double radius, 
   }
   reach = reach.within(band_.box().grown(-2));
   struct Weight {
-    float weight, height;  // over the planes of flatten
+    float weight, height;  // over the planes
   };
   const double radius2 = radius * radius;
   const auto weight_at = [&](const Vec3& place) {
@@ -419,7 +423,7 @@ void Reshaper::weigh(const Brush& brush, const Cluster& cluster, double radius, 
       sum += weight;
       if (!core) height += weight * centre.flat.normal.dot(place - centre.flat.point_mm);
     }
-    return Weight{static_cast<float>(std::min(sum, most)), static_cast<float>(height / sum)};
+    return Weight{static_cast<float>(std::min(sum, max_sum)), static_cast<float>(height / sum)};
   };
   if (core)
     band_.blocks_within(*core, touched_);
@@ -429,7 +433,7 @@ void Reshaper::weigh(const Brush& brush, const Cluster& cluster, double radius, 
         for (size_t b = 0; b < band_.blocks_a_row(); b++) touched_.push_back(band_.block(b, j, k));
   weights_.resize(touched_.size());
   heights_.resize(core ? 0 : touched_.size());
-  // Leaves of each block the nodes that may change.
+  // Reduces each block to the nodes that may change.
   const auto weigh_block = [&](size_t b) {
     NodeBlock& block = touched_[b];
     unsigned touched = 0;
@@ -457,13 +461,13 @@ void Reshaper::weigh(const Brush& brush, const Cluster& cluster, double radius, 
     count++;
   }
   touched_.resize(count);
-  // Nodes that stay are looked at, too, beside those that may change.
+  // Nodes next to those that may change are also read.
   band_.copy_phi(touched_, after_);
 }
 
-// G phi at the touched nodes, into second_. What each pass has to fill of the rows along x: the
-// last one the nodes asked for, and each before it what the next one reads. That is least if the
-// first goes through the surface, the others along it.
+// Computes G phi at the touched nodes, into second_. The last pass fills the requested nodes of the
+// rows along x. Each earlier pass fills what the next one reads. This is the least work if the
+// first pass goes through the surface, and the others along it.
 void Reshaper::filter() {
   const auto reach = static_cast<uint32_t>(kernel_.size() - 1);
   std::array<int, 3> axis;
@@ -479,7 +483,7 @@ void Reshaper::filter() {
   sum_along(axis[2], first_, second_, rows_[2]);
 }
 
-// One pass of the filter over some rows; beyond the box all is as at its border.
+// One pass of the filter over some rows. Values beyond the box equal those at its border.
 void Reshaper::sum_along(int axis, const NodeValues& from, NodeValues& to,
                          const std::vector<detail::RowRange>& rows) {
   const Index3 size = band_.box().size();
@@ -488,8 +492,8 @@ void Reshaper::sum_along(int axis, const NodeValues& from, NodeValues& to,
   const size_t reach = kernel_.size() - 1;
   constexpr size_t kAtOnce = 16;
   const auto sum_rows = band_kernels().sum_rows;
-  // Of each thread: rows that are summed; along x, one row at shifts, with its border's nodes
-  // repeated around it.
+  // Per thread: the rows that are summed. Along x: one shifted row, with its border nodes repeated
+  // around it.
   struct Scratch {
     std::vector<const float*> low, high;
     std::vector<float> wide;
@@ -499,12 +503,12 @@ void Reshaper::sum_along(int axis, const NodeValues& from, NodeValues& to,
       {std::vector<const float*>(reach + 1), std::vector<const float*>(reach + 1),
        std::vector<float>(axis == 0 ? nx + 2 * reach : 0)});
   const auto sum_row = [&](size_t row, Scratch& own) {
-    // As many at least as are summed at once: those beside are summed for nothing.
+    // At least kAtOnce nodes, because that number is summed together. The surplus is not used.
     const size_t nodes = std::max<size_t>(rows[row].high - rows[row].low, kAtOnce),
                  first = std::min<size_t>(rows[row].low, nx - nodes);
     const float* in = from.data() + row * nx;
     if (axis == 0) {
-      // Of node i at reach + i, as far as is summed.
+      // Node i is at reach + i, for all nodes that are summed.
       const size_t low = first - std::min(first, reach), high = std::min(nx, first + nodes + reach);
       std::fill_n(own.wide.data() + low, reach, in[0]);
       std::fill_n(own.wide.data() + high + reach, reach, in[nx - 1]);

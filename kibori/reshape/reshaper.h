@@ -1,19 +1,21 @@
 // SPDX-License-Identifier: MIT
 // Field operations: verbs that move the surface a little along its normal, dab by dab. A dab reads
 // the signed distances of its region (node_band.h), changes them, and writes the change back
-// (write_back.h); its cost is that of the region, whatever the model's size.
+// (write_back.h). Its cost is that of the region, for any size of the model.
 //
 //   smooth     phi + s w (G phi - phi)       G: a Gaussian of the brush's sigma
-//   rasp       max(phi, smooth)              takes from peaks only
+//   rasp       max(phi, smooth)              removes peaks only
 //   fill       min(phi, smooth)              fills hollows only
 //   inflate    phi - s w sigma               below 0: deflate
 //   flatten    phi + s w (plane - phi)       plane: height over it, out of the material
+//   trim       max(phi, flatten)             removes what is above the plane only
+//   build      min(phi, flatten)             adds up to the plane, raised by sigma
 //
-// with the strength s and the falloff w of brush.h. A slab thinner than 1.6 sigma vanishes when it
-// is smoothed at full strength.
+// Here s is the strength and w the falloff of brush.h. Smoothing at full strength removes a slab
+// thinner than 1.6 sigma.
 //
-// A dab may have images elsewhere. Where the regions of some meet, their falloffs add up to one
-// dab: to 1 at most, and where they inflate to kMaxSum.
+// A dab may have images elsewhere. If their regions meet, their falloffs add up in one dab: to at
+// most 1, or kMaxSum for inflate.
 #pragma once
 
 #include <algorithm>
@@ -30,8 +32,8 @@
 
 namespace kibori {
 
-// Where a dab lies. `plane`: of flatten; without one, the brush's own, or the plane fitted to the
-// surface within the brush.
+// The place of a dab. `plane` is for flatten, trim and build. The default is the brush's own plane,
+// or the plane fitted to the surface within the brush.
 struct DabPlace {
   Vec3 centre_mm = Vec3::Zero();
   std::optional<FlatPlane> plane = {};
@@ -39,23 +41,23 @@ struct DabPlace {
 
 class WriteBack;
 
-// Computes dabs, and keeps its memory from one to the next. For one thread at a time.
+// Computes dabs, and keeps its memory between them. For one thread at a time.
 class Reshaper {
  public:
   Reshaper();
   ~Reshaper();
-  // On how many threads a dab runs; results do not depend on it.
+  // Number of threads of a dab. It does not change the result.
   void set_threads(int threads) {
     threads_ = threads;
     band_.set_threads(threads);
   }
-  // One dab on the model, at the place of the hand and those of its images. Nothing where the brush
-  // meets no surface. `owed_mm3`: what a dab that keeps volume is to add, as those before it did
-  // not; it gives back as much of that as raises the surface by 0.02 cells. Errors: a brush that
-  // check_brush refuses, a place or plane that is not finite, a region of more than 2^31 nodes or
-  // than there is memory for.
+  // One dab on the model, at the hand's place and those of its images. Does nothing if the brush
+  // meets no surface. `pending_mm3` is volume that earlier dabs with `keep_volume` did not restore.
+  // The dab restores at most the volume that raises the surface by 0.02 cells. Errors: a brush that
+  // check_brush rejects, a place or plane that is not finite, a region of more than 2^31 nodes, or
+  // too little memory.
   Result<Reshaped> dab(TriDexel& model, FieldVerb verb, const Brush& brush,
-                       std::span<const DabPlace> places, double owed_mm3 = 0);
+                       std::span<const DabPlace> places, double pending_mm3 = 0);
   Result<Reshaped> dab(TriDexel& model, FieldVerb verb, const Brush& brush, const Vec3& centre_mm,
                        const std::optional<FlatPlane>& plane = {}) {
     const DabPlace place{centre_mm, plane};
@@ -63,43 +65,44 @@ class Reshaper {
   }
 
   // The surface within the brush, weighted by the falloff.
-  struct Surface {
+  struct SurfaceSample {
     FlatPlane plane;       // through its centre of area, with its mean normal
     uint8_t material = 0;  // the most common one
   };
-  // Nothing where there is no surface, or where its normals cancel out.
-  std::optional<Surface> surface_under(const TriDexel& model, const Brush& brush,
-                                       const Vec3& centre_mm);
+  // nullopt if there is no surface, or if its normals cancel out.
+  std::optional<SurfaceSample> surface_under(const TriDexel& model, const Brush& brush,
+                                             const Vec3& centre_mm);
 
-  // Of the largest region yet [bytes].
+  // Memory of the largest region so far [bytes].
   size_t kept_bytes() const { return kBytesPerNode * band_.phi().capacity(); }
 
   static constexpr double kMaxSum = 4;
-  // What band and filter keep of a region's node.
+  // Memory of band and filter per node of a region [bytes].
   static constexpr size_t kBytesPerNode = 24;
 
  private:
-  // A place within reach of the lattice, in its units.
+  // A place within reach of the lattice, in lattice units.
   struct Centre {
     LatticePoint at;
-    FlatPlane flat;  // of flatten, point in lattice units
+    FlatPlane flat;  // for verbs that work towards a plane, point in lattice units
   };
   // Places whose regions meet.
   struct Cluster {
     NodeBox region;
     std::vector<Centre> centres;
-    bool own = false;  // the hand's place is one of them
-    double owed = 0;   // [lattice units^3]
+    bool own = false;    // true if the hand's place is one of them
+    double pending = 0;  // [lattice units^3]
 
-    // A place, and how far the centres are from it.
+    // A middle point, and the largest distance of the centres from it.
     std::pair<LatticePoint, double> middle() const;
     Cluster turned(AxisTurn by) const;
   };
   Result<Reshaped> dab_cluster(TriDexel& model, FieldVerb verb, const Brush& brush, double radius,
                                double sigma, double width, const Cluster& cluster);
-  bool tell_after(const TriDexel& model, FieldVerb verb, const Brush& brush, double radius,
-                  double sigma, const Cluster& cluster, std::optional<float> core, double most);
-  void weigh(const Brush& brush, const Cluster& cluster, double radius, double most,
+  bool compute_phi_after(const TriDexel& model, FieldVerb verb, const Brush& brush, double radius,
+                         double sigma, const Cluster& cluster, std::optional<float> core,
+                         double max_sum);
+  void weigh(const Brush& brush, const Cluster& cluster, double radius, double max_sum,
              std::optional<float> core);
   // Calls f(index, weight) for the nodes that a verb may change, or for those of one block.
   template <class F>
@@ -120,13 +123,13 @@ class Reshaper {
   NodeBand band_;
   std::vector<float> kernel_;
   NodeValues after_, first_, second_;
-  // Nodes that a verb may change, and of each block's nodes the falloff, and for flatten the height
-  // over the plane.
+  // The nodes that a verb may change. Per block, the falloff at each node, and the height over
+  // the plane for verbs that work towards one.
   using BlockValues = std::array<float, 16>;
   std::vector<NodeBlock> touched_;
   std::unique_ptr<WriteBack> writer_;
   std::vector<BlockValues> weights_, heights_;
-  std::array<std::vector<detail::RowRange>, 3> rows_;  // by passes of the filter
+  std::array<std::vector<detail::RowRange>, 3> rows_;  // per pass of the filter
 };
 
 }  // namespace kibori

@@ -17,35 +17,36 @@
 namespace kibori {
 namespace {
 
-// A vertex that would move less [cells] stays.
+// A vertex that would move less than this [cells] stays.
 constexpr double kStays = 1e-4;
-// Longer edges [cells] are split, at most so often.
+// Longer edges [cells] are split, at most kMaxSplits times.
 constexpr double kLongEdge = 1.5;
 constexpr int kMaxSplits = 14;
-// A corner whose normal is within acos of this of the triangle's own is smooth there.
+// A corner is smooth if its normal is within acos of this of the triangle's normal.
 constexpr double kSmooth = 0.9;
 constexpr double kUnit = 1e-6;
-constexpr double kPi = 3.14159265358979323846;
-// An end is on a node where it is so near to it [cells]: what float32 makes of depths up to 8192.
+constexpr double kWarpPi = 3.14159265358979323846;
+// An end is on a node if it is this near to it [cells]: the float32 error of depths up to 8192.
 constexpr float kOnNode = 1e-3f;
-// Of crossings that a thread finds at one go.
+// Triangles per piece of work in the search for crossings.
 constexpr size_t kTrianglesOfPiece = 1024;
-// For derivatives of a map [cells].
+// Step for derivatives of a map [cells].
 constexpr double kDelta = 1e-4;
-// Nodes around what moves: a vertex may lie a cell from its own.
+// Nodes around the moving region: a vertex may be a cell away from its own cell.
 constexpr int kBorder = 4;
-// How far from its edge [cells] an end may be found: so far a sharp edge's vertices leave cells.
+// Maximum distance of an end from its edge [cells]. Vertices of a sharp edge leave their cells by
+// this much.
 constexpr double kEndReach = 1.5;
 
-// A grab at constant volume: the surface is lifted by at most so much [cells], so many times, until
-// volume is kept to this share of what moved.
+// A grab at constant volume lifts the surface by at most kMaxLift [cells], at most kMaxLifts times.
+// It ends when the volume error is below the share kKept of the moved volume.
 constexpr double kMaxLift = 0.25, kKept = 8e-4;
 constexpr int kMaxLifts = 4;
 
 // How far ahead of the hand nodes are read [cells].
-constexpr double kMostAhead = 16;
+constexpr double kMaxAhead = 16;
 
-constexpr double kBytesPerNode = 4, kMaxNodes = 2147483648.0, kSurelyThere = 64e6;
+constexpr double kBytesPerNode = 4, kMaxWarpNodes = 2147483648.0, kUncheckedWarpBytes = 64e6;
 
 Vec3 mapped(const std::vector<WarpMap>& maps, const Vec3& at) {
   if (maps.size() == 1) return maps[0](at);
@@ -54,7 +55,7 @@ Vec3 mapped(const std::vector<WarpMap>& maps, const Vec3& at) {
   return sum;
 }
 
-// A normal of the surface, where the maps have taken it: by the cofactors of their derivative.
+// The surface normal after the maps, from the cofactors of their derivative.
 Vec3 turned(const std::vector<WarpMap>& maps, const Vec3& from, const Vec3& to,
             const Vec3& normal) {
   Mat3 slope;
@@ -67,7 +68,7 @@ Vec3 turned(const std::vector<WarpMap>& maps, const Vec3& from, const Vec3& to,
   return length > 0 ? Vec3(turned / length) : normal;
 }
 
-// Rays of a field, tile by tile.
+// Orders the rays of a field tile by tile.
 uint64_t ray_key(int u, int v) {
   const auto tile = [](int x) { return static_cast<uint64_t>(x / kTileSide); };
   const auto in = [](int x) { return static_cast<uint64_t>(x % kTileSide); };
@@ -80,14 +81,14 @@ int key_v(uint64_t key) {
   return static_cast<int>(key >> 40) * kTileSide + static_cast<int>(key >> 10 & 0x3FF);
 }
 
-// The node between which and the one below the depth lies.
+// The upper one of the two nodes around a depth.
 int edge_of(double depth) { return static_cast<int>(std::ceil(depth - 0.5)); }
 
 constexpr uint8_t kOtherSide = 8;
-// A vertex's normal.
+// State of a vertex's normal.
 constexpr uint8_t kNotTurned = 0, kTurning = 1, kTurned = 2;
 
-// Whether the ray at (u, v) has material at its node k.
+// True if the ray at (u, v) has material at its node k.
 bool covers(const FieldSnapshot& field, int u, int v, int k) {
   bool is = false;
   field.for_spans(
@@ -100,19 +101,19 @@ constexpr const char* kTooLarge =
 
 bool is_room_for(const NodeBox& box) {
   const double nodes = box.size().cast<double>().prod(), bytes = kBytesPerNode * nodes;
-  const double there = bytes > kSurelyThere ? available_bytes() : 0;
-  return nodes < kMaxNodes && !(there > 0 && bytes > 0.8 * there);
+  const double there = bytes > kUncheckedWarpBytes ? available_bytes() : 0;
+  return nodes < kMaxWarpNodes && !(there > 0 && bytes > 0.8 * there);
 }
 
 }  // namespace
 
 struct Warp::Corner {
   Vec3 from, to;
-  Vec3 normal;  // of the surface where it was; at a sharp edge, of the triangle
+  Vec3 normal;  // of the original surface; at a sharp edge, of the triangle
   uint8_t material;
   Color paint;
   bool stays;
-  int vertex;  // whose normal this is; below 0: of none
+  int vertex;  // the vertex of this normal; negative: none
 };
 
 void Warp::begin() {
@@ -132,15 +133,15 @@ Result<Reshaped> Warp::warp(WarpVerb verb, const Brush& brush, const std::vector
   std::vector<Drag> places;
   NodeBox box;
   for (const Drag& drag : drags) {
-    if (!drag.centre.allFinite() || !drag.way.allFinite() || !std::isfinite(drag.turn_rad))
+    if (!drag.centre.allFinite() || !drag.displacement.allFinite() || !std::isfinite(drag.turn_rad))
       return Error{"a warp's places must be finite"};
     if (!(std::fabs(drag.axis.norm() - 1) < kUnit) || !(std::fabs(drag.normal.norm() - 1) < kUnit))
       return Error{"a warp's axis and normal must be of length 1"};
-    if (!(drag.way.norm() <= kMaxDragRadii * brush.radius_mm))
+    if (!(drag.displacement.norm() <= kMaxDragRadii * brush.radius_mm))
       return Error{"the hand went more than 100 brush radii from where its warp began"};
     Drag in_cells = drag;
     in_cells.centre = lattice.to_lattice(drag.centre).units;
-    in_cells.way = drag.way / lattice.pitch_mm;
+    in_cells.displacement = drag.displacement / lattice.pitch_mm;
     const WarpMap map(verb, brush, radius, in_cells);
     places.push_back(in_cells);
     if (map.idle()) continue;
@@ -161,10 +162,10 @@ Result<Reshaped> Warp::warp(WarpVerb verb, const Brush& brush, const std::vector
   }
   const bool reads = !maps.empty() && !box_.holds(box);
   if (reads) {
-    // Somewhat more, so that a hand that goes on does not read at every tick.
+    // Slightly more, so that a moving hand does not read at every tick.
     const NodeBox all = NodeBox{Index3::Zero(), lattice.nodes}.grown(kBorder);
     if (!box_.empty()) box = {box_.low.min(box.low), box_.high.max(box.high)};
-    box = box.grown(static_cast<int>(std::min(0.5 * radius, kMostAhead))).within(all);
+    box = box.grown(static_cast<int>(std::min(0.5 * radius, kMaxAhead))).within(all);
     if (!is_room_for(box)) return Error{kTooLarge};
   }
   if (warped_ || model_.generation() != generation_) model_.restore(*base_);
@@ -192,14 +193,14 @@ Result<Reshaped> Warp::warp(WarpVerb verb, const Brush& brush, const std::vector
   return result;
 }
 
-// The base, whose triangles have gone where the maps send them.
+// Applies the maps to the base's triangles and writes the result.
 Result<Reshaped> Warp::put(const std::vector<WarpMap>& maps) {
   move_triangles(maps);
-  // Images that overlap take the surface farther than each of them reaches; none reaches what is
-  // read in addition.
-  const NodeBox come = maps.size() > 1 ? crossed() : NodeBox{};
-  if (!come.empty() && !box_.holds(come)) {
-    const NodeBox more{box_.low.min(come.low), box_.high.max(come.high)};
+  // Overlapping images move the surface farther than each of them alone. None of them reaches the
+  // nodes that are read in addition.
+  const NodeBox crossed_box = maps.size() > 1 ? crossed() : NodeBox{};
+  if (!crossed_box.empty() && !box_.holds(crossed_box)) {
+    const NodeBox more{box_.low.min(crossed_box.low), box_.high.max(crossed_box.high)};
     if (!is_room_for(more)) return Error{kTooLarge};
     read(more);
     move_triangles(maps);
@@ -208,14 +209,14 @@ Result<Reshaped> Warp::put(const std::vector<WarpMap>& maps) {
   return write();
 }
 
-// The maps keep volume, but moved triangles lie within a curved surface, and rays measure a flat
-// face that lies along them in steps: what is missing of the three fields' mean is lifted, by less
-// than anyone sees.
+// The maps keep the volume. But moved triangles are inside a curved surface, and rays along a flat
+// face measure it in steps. The missing mean volume of the three fields is lifted by an invisible
+// amount.
 Result<Reshaped> Warp::keep_volume(std::vector<WarpMap>& maps, double radius, Reshaped result) {
   const double pitch = model_.lattice().pitch_mm;
-  // The slope for a flat surface; from then on the secant's.
+  // The slope for a flat surface; later the secant's.
   double slope =
-      static_cast<double>(maps.size()) * kPi / 3 * radius * radius * pitch * pitch * pitch;
+      static_cast<double>(maps.size()) * kWarpPi / 3 * radius * radius * pitch * pitch * pitch;
   double lift = 0, more = result.added_mm3 - result.removed_mm3;
   for (int i = 0; i < kMaxLifts; i++) {
     if (std::fabs(more) <= kKept * (result.added_mm3 + result.removed_mm3)) break;
@@ -234,9 +235,9 @@ Result<Reshaped> Warp::keep_volume(std::vector<WarpMap>& maps, double radius, Re
   return result;
 }
 
-// The nodes about where the moved triangles cross rays.
+// The nodes around the crossings of the moved triangles with rays.
 NodeBox Warp::crossed() const {
-  NodeBox come{Index3::Constant(INT_MAX), Index3::Constant(INT_MIN)};
+  NodeBox crossed_box{Index3::Constant(INT_MAX), Index3::Constant(INT_MIN)};
   const NodeBox all = NodeBox{Index3::Zero(), model_.lattice().nodes}.grown(kBorder);
   for (int d = 0; d < 3; d++)
     for (const Crossing& c : crossings_[static_cast<size_t>(d)]) {
@@ -245,13 +246,13 @@ NodeBox Warp::crossed() const {
       at[(d + 2) % 3] = key_v(c.ray);
       at[d] = static_cast<int>(
           std::clamp(c.depth, static_cast<double>(all.low[d]), static_cast<double>(all.high[d])));
-      come.low = come.low.min(at);
-      come.high = come.high.max(at + 1);
+      crossed_box.low = crossed_box.low.min(at);
+      crossed_box.high = crossed_box.high.max(at + 1);
     }
-  return come.empty() ? NodeBox{} : come.grown(kBorder).within(all);
+  return crossed_box.empty() ? NodeBox{} : crossed_box.grown(kBorder).within(all);
 }
 
-// The base's triangles, nodes and crossings within the box.
+// Reads the base's triangles, nodes and crossings within the box.
 void Warp::read(const NodeBox& box) {
   box_ = box;
   const Lattice& lattice = model_.lattice();
@@ -314,8 +315,8 @@ void Warp::read(const NodeBox& box) {
                     high = std::min(box.high[2], edge_of(double{span.out}));
           for (int k = low; k < high; k++)
             before_[base + static_cast<size_t>(k - box.low[2]) * layer] = 1;
-          // Where an end falls on a node, float32 may have told the fields apart: the other two
-          // then decide, where they agree.
+          // If an end is on a node, float32 may have made the fields disagree. Then the other two
+          // fields decide if they agree.
           for (const float end : {span.in, span.out}) {
             const int k = static_cast<int>(std::floor(end));
             if (std::fabs(end - node_depth(k)) > kOnNode || k < std::max(0, box.low[2]) ||
@@ -328,10 +329,10 @@ void Warp::read(const NodeBox& box) {
             before_[node] = in_x;
           }
         });
-      // How often the triangles go around a node is known but for a number, the same all along the
-      // column: that which agrees with most nodes.
+      // The winding number of the triangles around a node is known except for a constant per
+      // column. The constant is the one that agrees with most nodes.
       std::vector<OldCrossing>& old = columns_[column(i, j)];
-      // One on a node lies on the side of it that the node's own state says.
+      // A crossing on a node is on the side that the node's own state gives.
       for (OldCrossing& crossing : old) {
         const int k = static_cast<int>(std::floor(crossing.depth));
         const double at = k + 0.5;
@@ -343,7 +344,7 @@ void Warp::read(const NodeBox& box) {
       }
       std::sort(old.begin(), old.end(),
                 [](const OldCrossing& p, const OldCrossing& q) { return p.depth < q.depth; });
-      std::array<int, 2> wrong{};  // with none, and with one around the lowest node
+      std::array<int, 2> wrong{};  // without, and with one turn around the lowest node
       int around = 0;
       size_t next = 0;
       for (int k = box.low[2]; k < box.high[2]; k++) {
@@ -370,7 +371,7 @@ void Warp::move_vertices(const std::vector<WarpMap>& maps) {
   const Vec3 end = model_.lattice().whole().units.max;
   std::atomic<bool> clipped = false;
   run_parallel_ranges(threads_, vertices_.size(), [&](size_t first, size_t number) {
-    // By pointers of its own: a byte that is written might be any of this object's.
+    // Local pointers: a byte that is written may alias any member of this object.
     const Vertex* const vertices = vertices_.data() + first;
     Vec3* const moved = moved_.data() + first;
     uint8_t* const stays = stays_.data() + first;
@@ -390,7 +391,8 @@ void Warp::move_vertices(const std::vector<WarpMap>& maps) {
 void Warp::move_triangles(const std::vector<WarpMap>& maps) {
   move_vertices(maps);
   moves_.resize(triangles_.size());
-  // Pieces in the order of the triangles, so that crossings are in one order whatever the threads.
+  // Pieces in the order of the triangles, so that the order of crossings does not depend on the
+  // threads.
   const size_t size = threads_ > 1 ? kTrianglesOfPiece : std::max<size_t>(1, triangles_.size()),
                pieces = (triangles_.size() + size - 1) / size;
   if (pieces_.size() < pieces) pieces_.resize(pieces);
@@ -439,13 +441,13 @@ void Warp::move_triangle(const std::vector<WarpMap>& maps, size_t t, Crossings& 
   emit(maps, corners[0], corners[1], corners[2], 0, to);
 }
 
-// Splits edges that are long where they come to; neighbours split a common edge alike.
+// Splits edges that are long after the move. Neighbours split a common edge in the same way.
 void Warp::emit(const std::vector<WarpMap>& maps, const Corner& a, const Corner& b, const Corner& c,
                 int depth, Crossings& to) {
   const Index3& nodes = model_.lattice().nodes;
   const auto is_long = [&](const Corner& p, const Corner& q) {
     if (depth >= kMaxSplits || (p.to - q.to).squaredNorm() <= kLongEdge * kLongEdge) return false;
-    // What is beside the lattice meets no ray.
+    // An edge outside the lattice meets no ray.
     for (int i = 0; i < 3; i++)
       if (std::max(p.to[i], q.to[i]) < 0 || std::min(p.to[i], q.to[i]) > nodes[i]) return false;
     return true;
@@ -472,7 +474,8 @@ void Warp::emit(const std::vector<WarpMap>& maps, const Corner& a, const Corner&
     emit(maps, p, q, r, depth + 1, to);
     return;
   }
-  // Turned so that the edge from p to q is split, and if another is, that from q to r.
+  // Rotated so that the edge from p to q is split. If another edge is split, it is that from q to
+  // r.
   const bool first_ab = ab && !ca, first_bc = bc && !ab;
   const Corner &p = first_ab   ? a
                     : first_bc ? b
@@ -495,7 +498,8 @@ void Warp::emit(const std::vector<WarpMap>& maps, const Corner& a, const Corner&
   emit(maps, p, n, r, depth + 1, to);
 }
 
-// A vertex's is told once, unless two threads ask at once: then each for itself, the same.
+// Computes a vertex's normal once. If two threads need it at the same time, both compute the same
+// value.
 Vec3 Warp::turned_normal(const std::vector<WarpMap>& maps, const Corner& at) {
   if (at.stays) return at.normal;
   if (at.vertex < 0) return turned(maps, at.from, at.to, at.normal);
@@ -511,7 +515,7 @@ Vec3 Warp::turned_normal(const std::vector<WarpMap>& maps, const Corner& at) {
   return normal;
 }
 
-// Where the rays of all three fields go through a triangle that was moved.
+// Adds the crossings of a moved triangle with the rays of all three fields.
 void Warp::cross(const std::vector<WarpMap>& maps, const Corner& a, const Corner& b,
                  const Corner& c, Crossings& to) {
   const std::array<const Corner*, 3> corners{&a, &b, &c};
@@ -531,16 +535,17 @@ void Warp::cross(const std::vector<WarpMap>& maps, const Corner& a, const Corner
           if (!known) turn();
           Vec3 normal = Vec3::Zero();
           for (size_t i = 0; i < 3; i++) normal += weights[i] * normals[i];
-          const size_t most = weights[0] >= weights[1] && weights[0] >= weights[2] ? 0
-                              : weights[1] >= weights[2]                           ? 1
-                                                                                   : 2;
-          to[static_cast<size_t>(d)].push_back({ray_key(u, v), depth, out, corners[most]->material,
-                                                corners[most]->paint, normal.cast<float>()});
+          const size_t largest = weights[0] >= weights[1] && weights[0] >= weights[2] ? 0
+                                 : weights[1] >= weights[2]                           ? 1
+                                                                                      : 2;
+          to[static_cast<size_t>(d)].push_back({ray_key(u, v), depth, out,
+                                                corners[largest]->material, corners[largest]->paint,
+                                                normal.cast<float>()});
         });
 }
 
-// Which nodes are inside now: the triangles were around a node so many times, and moving has added
-// those crossings below it that came, and taken those that left.
+// Computes which nodes are now inside. A node's winding number is the old one, plus new crossings
+// below it, minus old crossings that left.
 void Warp::decide_nodes() {
   for (const uint32_t node : flagged_) {
     flags_[node] = 0;
@@ -594,8 +599,8 @@ void Warp::decide_nodes_of_row(int j, std::vector<uint32_t>& flagged) {
       const size_t node =
           box_.index(i, j, box_.low[2]) + static_cast<size_t>(k - box_.low[2]) * layer;
       bool is = mesh_[node] + change > 0;
-      // Beside a sharp edge the triangles may see a node otherwise than the dexels do; what
-      // moved by little stays as it was.
+      // Next to a sharp edge, the triangles and the dexels may disagree about a node. A node near a
+      // small move keeps its state.
       if (change == 0 && is != (before_[node] != 0) &&
           std::any_of(events.begin(), events.end(), [&](const Event& e) {
             return e.is_new && std::fabs(e.depth - (k + 0.5)) < kEndReach;
@@ -609,7 +614,7 @@ void Warp::decide_nodes_of_row(int j, std::vector<uint32_t>& flagged) {
   }
 }
 
-// As RayWriter asks for it.
+// The interface that RayWriter needs.
 class Warp::Change {
  public:
   explicit Change(const Warp& of) : of_(of) {}
@@ -635,6 +640,7 @@ class Warp::Change {
     return (of_.flags_[at(k)] & (kOtherSide | 1 << static_cast<int>(axis_))) != 0;
   }
   bool inside(int k) const { return of_.after_[at(k)] != 0; }
+  bool was_inside(int k) const { return of_.before_[at(k)] != 0; }
 
   NewEnd end_on(int k, bool out, const RayRun& run) const {
     NewEnd end;
@@ -666,15 +672,15 @@ class Warp::Change {
 
  private:
   size_t at(int k) const { return base_ + static_cast<size_t>(k - first_) * stride_; }
-  // The moved surface's between nodes k - 1 and k, or a little beside.
+  // The moved surface's crossing between nodes k - 1 and k, or slightly outside.
   const Crossing* crossing(int k, bool out) const {
     const Crossing* best = nullptr;
-    double least = kEndReach;
+    double min_off = kEndReach;
     for (auto c = begin_; c != end_; ++c) {
       const double off = std::max({0.0, k - 0.5 - c->depth, c->depth - (k + 0.5)});
-      if (c->out != out || off > least || (best && off == least && out)) continue;
+      if (c->out != out || off > min_off || (best && off == min_off && out)) continue;
       best = &*c;
-      least = off;
+      min_off = off;
     }
     return best;
   }
@@ -691,7 +697,7 @@ Reshaped Warp::write() {
   result.clipped = clipped_;
   const Lattice& lattice = model_.lattice();
   for (const uint32_t node : flagged_) result.points += after_[node] != before_[node];
-  // Nodes beside an end that came.
+  // Flags the nodes next to a new end.
   for (int d = 0; d < 3; d++)
     for (const Crossing& c : crossings_[static_cast<size_t>(d)]) {
       Index3 at;
@@ -705,11 +711,12 @@ Reshaped Warp::write() {
         flags_[which] |= what;
       };
       flag(node, static_cast<uint8_t>(1 << d));
-      // What moves beside a node at which the z field was outvoted parts the fields, unless that is
-      // written, too.
-      for (const size_t beside : {node, node - box_.stride(d)})
-        if (std::binary_search(outvoted_.begin(), outvoted_.end(), static_cast<uint32_t>(beside)))
-          flag(beside, kOtherSide);
+      // If the surface moves next to a node at which the z field was overruled, the fields would
+      // disagree. Therefore, that node is written too.
+      for (const size_t neighbour : {node, node - box_.stride(d)})
+        if (std::binary_search(outvoted_.begin(), outvoted_.end(),
+                               static_cast<uint32_t>(neighbour)))
+          flag(neighbour, kOtherSide);
     }
   NodeBox changed{Index3::Constant(INT_MAX), Index3::Constant(INT_MIN)};
   std::vector<Index3> places;
@@ -720,7 +727,7 @@ Reshaped Warp::write() {
     changed.high = changed.high.max(at + 1);
   }
   if (changed.empty()) return result;
-  std::array<std::vector<std::pair<double, double>>, 3> told;  // added and removed on one ray
+  std::array<std::vector<std::pair<double, double>>, 3> changes;  // added and removed by each run
   run_parallel(threads_, 3, [&](size_t of) {
     const Axis axis = kAxes[of];
     const int d = depth_index(axis);
@@ -730,33 +737,33 @@ Reshaped Warp::write() {
       if (flags_[flagged_[i]] & (kOtherSide | 1 << d)) ranges.include(places[i]);
     Change change(*this);
     write_runs(model_.field(axis), axis, ranges, change,
-               [&](const RayRun& run) { told[of].push_back(lengths(run)); });
+               [&](const RayRun& run) { changes[of].push_back(volumes(run, axis == Axis::z)); });
   });
   double added = 0, removed = 0;
-  for (const auto& field : told)
+  for (const auto& field : changes)
     for (const auto& [more, less] : field) {
       added += more;
       removed += less;
     }
   const double pitch = lattice.pitch_mm, cell = pitch * pitch * pitch;
-  result.added_mm3 = added / 3 * cell;
-  result.removed_mm3 = removed / 3 * cell;
+  result.added_mm3 = added * cell;
+  result.removed_mm3 = removed * cell;
   model_.include_material({{changed.low.matrix().cast<double>().array() - 0.5,
                             changed.high.matrix().cast<double>().array() + 0.5}});
   model_.touch();
   return result;
 }
 
-// A pyramid over a square of two radii on the surface, its tip where the hand is.
+// A pyramid over a square with sides of two radii on the surface, with its apex at the hand.
 Reshaped Warp::put_node(double radius, const Drag& drag) {
-  const double height = drag.way.dot(drag.normal);
+  const double height = drag.displacement.dot(drag.normal);
   if (!(std::fabs(height) > 1e-6)) return {};
   const double side = height > 0 ? 1 : -1;
   const Mat3 frame = frame_from_axis(side * drag.normal);
-  const Vec3 apex = frame.transpose() * drag.way;  // above the base, in its frame
+  const Vec3 apex = frame.transpose() * drag.displacement;  // above the base, in its frame
   ConvexBody body;
-  // A little below the surface, so that it is of one piece with what is there; not so far that flat
-  // faces spread there.
+  // Slightly below the surface, so that it is connected with the material. It is not so deep that
+  // flat faces spread there.
   const double below = std::min(0.5, 0.1 * apex.z());
   body.add_plane(Vec3::UnitZ(), below);
   for (int i = 0; i < 2; i++)
@@ -798,8 +805,7 @@ Reshaped Warp::put_node(double radius, const Drag& drag) {
   }
   result.clipped = removed.clipped;
   const double pitch = model_.lattice().pitch_mm;
-  (side > 0 ? result.added_mm3 : result.removed_mm3) =
-      removed.mean_volume() * pitch * pitch * pitch;
+  (side > 0 ? result.added_mm3 : result.removed_mm3) = removed.volume() * pitch * pitch * pitch;
   removed.for_parts([&](int, const RemovedPart& part) { result.points += part.points; });
   return result;
 }

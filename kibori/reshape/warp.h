@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Parametric strokes: the surface as it was when the stroke began, taken elsewhere by a WarpMap.
-// Always from that beginning, so the same parameters make the same model, whatever came between;
-// back at the beginning, the model is the first one again, bit for bit.
+// Parametric strokes: a WarpMap moves the surface from its state at the start of the stroke. It
+// always uses that state, so the same parameters give the same model after any sequence of moves.
+// With zero parameters, the model equals the first one, bit for bit.
 //
-// The surface's triangles (surface.h) are moved, those that stretch are split, and the rays that
-// they cross are told anew. Sharp edges stay sharp. Rays that no moved triangle crosses keep their
-// spans. The three fields agree: the z field decides the nodes, the other two only where between
-// them.
+// The surface's triangles (surface.h) are moved. Stretched ones are split, and the rays that they
+// cross are computed again. Sharp edges stay sharp. Rays that no moved triangle crosses keep their
+// spans. The three fields agree: the z field decides the nodes, and the other two only the
+// positions between them.
 #pragma once
 
 #include <array>
@@ -26,16 +26,17 @@ namespace kibori {
 
 class Warp {
  public:
-  // A stroke begins on the model as it is now. Until the next begin(), nobody else may change it.
+  // begin() starts a stroke on the current model. Until the next begin(), nothing else may change
+  // the model.
   explicit Warp(TriDexel& model) : model_(model) {}
   void begin();
-  // On how many threads it is warped; results do not depend on it.
+  // Number of threads of a warp. It does not change the result.
   void set_threads(int threads) { threads_ = threads; }
 
-  // The model as it was at begin(), warped; what changed is told against that model. Drags in mm,
-  // of the hand and its images; where several reach a point, their displacements add up. Errors: a
-  // brush that check_brush refuses, a drag that is not finite or is longer than kMaxDragRadii, a
-  // region of more nodes than there is memory for: then the model stays as it is.
+  // Sets the model to its state at begin(), warped. The result is relative to that state. `drags`
+  // are in mm, for the hand and its images. If several reach a point, their displacements add up.
+  // Errors: a brush that check_brush rejects, a drag that is not finite or longer than
+  // kMaxDragRadii, or too little memory for the region. An error leaves the model unchanged.
   Result<Reshaped> warp(WarpVerb verb, const Brush& brush, const std::vector<Drag>& drags);
 
   static constexpr double kMaxDragRadii = 100;
@@ -56,7 +57,7 @@ class Warp {
     Color paint;
     Eigen::Vector3f normal;
   };
-  // The same of a triangle where it was, along z.
+  // A crossing of an original triangle with a z ray.
   struct OldCrossing {
     double depth;
     int triangle;
@@ -86,27 +87,28 @@ class Warp {
   TriDexel& model_;
   int threads_ = 1;
   std::optional<Snapshot> base_;
-  uint64_t generation_ = 0;  // of the model as this left it
+  uint64_t generation_ = 0;  // of the model after the last warp
   bool warped_ = false;
-  // Of the base, within box_.
+  // Data of the base, within box_.
   NodeBox box_;
   std::map<std::array<int, 3>, SurfaceChunk> chunks_;
   std::vector<Vertex> vertices_;
   std::vector<std::array<uint32_t, 3>> triangles_;
-  std::vector<uint8_t> before_;  // whether nodes are inside
-  std::vector<int8_t> mesh_;     // how often the triangles go around them
+  std::vector<uint8_t> before_;  // true if the node is inside
+  std::vector<int8_t> mesh_;     // winding number of the triangles around each node
   std::vector<std::vector<OldCrossing>> columns_;
-  // Of the warp.
-  bool clipped_ = false;                // a vertex came to lie beyond the lattice
+  // Data of the current warp.
+  bool clipped_ = false;                // a vertex moved beyond the lattice
   std::vector<Vec3> moved_;             // vertices
-  std::vector<Vec3> turned_;            // their normals, as far as they were asked for
-  std::vector<uint8_t> turning_;        // whether they were
-  std::vector<uint8_t> stays_, moves_;  // which vertices stay, which triangles move
+  std::vector<Vec3> turned_;            // their normals, computed on demand
+  std::vector<uint8_t> turning_;        // state of turned_
+  std::vector<uint8_t> stays_, moves_;  // vertices that stay, triangles that move
   Crossings crossings_;
-  std::vector<Crossings> pieces_;  // of them, in order
+  std::vector<Crossings> pieces_;  // parts of crossings_, in order
   std::vector<uint8_t> after_, flags_;
   std::vector<uint32_t> flagged_;
-  std::vector<uint32_t> outvoted_;  // nodes at which the z field is not believed; in order
+  // nodes at which the other two fields overrule the z field; in order
+  std::vector<uint32_t> outvoted_;
 };
 
 }  // namespace kibori

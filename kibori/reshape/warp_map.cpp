@@ -9,14 +9,14 @@
 namespace kibori {
 namespace {
 
-// Steps of a grab [radii]: (1 - r^2)^2 falls by at most 1.54 a radius, so a step of 0.65 would
-// fold.
+// Step of a grab [radii]. (1 - r^2)^2 falls by at most 1.54 per radius, so a step of 0.65 folds the
+// surface.
 constexpr double kGrabStep = 0.5;
-// Of a grab without sources: each of four evaluations (Runge and Kutta) [radii].
+// Step of a grab without sources, with four evaluations each (Runge and Kutta) [radii].
 constexpr double kFlowStep = 0.1;
-// A step of scale changes lengths by no more than this: 2.25 would fold.
+// A step of scale changes lengths by at most this factor. At 2.25, the surface folds.
 constexpr double kScaleStep = 1.5;
-constexpr double kLeastScale = 0.02, kLargestScale = 50;
+constexpr double kMinScale = 0.02, kLargestScale = 50;
 
 }  // namespace
 
@@ -26,25 +26,26 @@ WarpMap::WarpMap(WarpVerb verb, const Brush& brush, double radius, const Drag& d
       radius_(radius),
       centre_(drag.centre),
       normal_(drag.normal) {
-  const double way = drag.way.norm(), strength = brush.strength;
+  const double displacement = drag.displacement.norm(), strength = brush.strength;
   reach_.include(centre_);
   switch (verb) {
     case WarpVerb::grab:
     case WarpVerb::nudge: {
-      way_ = strength * drag.way;
-      if (verb == WarpVerb::nudge) way_ -= way_.dot(drag.normal) * drag.normal;
+      displacement_ = strength * drag.displacement;
+      if (verb == WarpVerb::nudge) displacement_ -= displacement_.dot(drag.normal) * drag.normal;
       keep_volume_ = brush.keep_volume;
-      const double length = way_.norm();
+      const double length = displacement_.norm();
       idle_ = !(length > 0);
       if (idle_) break;
-      const double most = (keep_volume_ ? kFlowStep : kGrabStep) * radius;
-      steps_ = static_cast<int>(std::floor(length / most));
-      step_ = way_ / length * most;
-      rest_ = way_ - steps_ * step_;
-      // A step takes no point out of its ball, unless all of the ball moves alike; a flow's goes
-      // with it.
-      reach_.include(falloff_ == Falloff::constant || keep_volume_ ? Vec3(centre_ + way_)
-                                                                   : Vec3(centre_ + way_ - rest_));
+      const double max_step = (keep_volume_ ? kFlowStep : kGrabStep) * radius;
+      steps_ = static_cast<int>(std::floor(length / max_step));
+      step_ = displacement_ / length * max_step;
+      rest_ = displacement_ - steps_ * step_;
+      // A step moves no point out of its ball, unless the whole ball moves alike. In a flow, the
+      // ball's points move with it.
+      reach_.include(falloff_ == Falloff::constant || keep_volume_
+                         ? Vec3(centre_ + displacement_)
+                         : Vec3(centre_ + displacement_ - rest_));
       break;
     }
     case WarpVerb::twist:
@@ -53,23 +54,23 @@ WarpMap::WarpMap(WarpVerb verb, const Brush& brush, double radius, const Drag& d
       idle_ = amount_ == 0;
       break;
     case WarpVerb::bend: {
-      turn_axis_ = drag.axis.cross(drag.way);
+      turn_axis_ = drag.axis.cross(drag.displacement);
       const double across = turn_axis_.norm();
-      idle_ = !(across > 1e-9 * way) || way == 0;
+      idle_ = !(across > 1e-9 * displacement) || displacement == 0;
       if (idle_) break;
       turn_axis_ /= across;
-      amount_ = strength * way / radius;
+      amount_ = strength * displacement / radius;
       break;
     }
     case WarpVerb::pinch:
-      amount_ = strength * way / (radius + way);
+      amount_ = strength * displacement / (radius + displacement);
       idle_ = amount_ == 0;
       break;
     case WarpVerb::scale: {
-      amount_ =
-          std::clamp(1 + strength * drag.way.dot(drag.axis) / radius, kLeastScale, kLargestScale);
+      amount_ = std::clamp(1 + strength * drag.displacement.dot(drag.axis) / radius, kMinScale,
+                           kLargestScale);
       idle_ = amount_ == 1;
-      // Many steps of a root of it.
+      // Many steps of a root of the factor.
       for (steps_ = 1; amount_ > kScaleStep || amount_ < 1 / kScaleStep; steps_ *= 2)
         amount_ = std::sqrt(amount_);
       break;

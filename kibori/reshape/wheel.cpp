@@ -14,41 +14,44 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-// A body whose rays across the axis differ by less [cells] turns about it already.
+// A body whose rays across the axis differ by less [cells] is rotationally symmetric already.
 constexpr double kSymmetric = 2e-3;
 
-// A tool that comes from above works the hollow if its tip is so near to the axis, of the rim's
+// A tool from above works the hollow if its tip is near the axis: within this share of the rim's
 // radius.
 constexpr double kWithinRim = 0.8;
 
-// A wall, and a body, is no thinner than this [cells]: thinner ones pass between nodes, and one of
-// a whole number of cells would end on them.
-constexpr double kLeastWall = 1.01;
+// Minimum thickness of a wall and of a body [cells]. A thinner one passes between nodes. One of a
+// whole number of cells would end on nodes.
+constexpr double kMinWall = 1.01;
 
-// A hollow of less than this radius [cells] is none: float32 would tell the fields apart there.
-constexpr double kLeastHollow = 0.01;
+// Minimum radius of a hollow [cells]. At a smaller radius, float32 rounding would make the fields
+// differ.
+constexpr double kMinHollow = 0.01;
 
-// A ray that meets the body, or its hollow, by less than this squared half chord [cells^2] only
-// touches it: float32 would leave no span there, and the z field a node in it.
-constexpr double kLeastChord2 = 1e-6;
+// Minimum squared half chord [cells^2] of a ray through the body or its hollow. A shorter chord
+// only touches it: float32 would leave no span there, but a node in the z field.
+constexpr double kMinChord2 = 1e-6;
 
-// Between two rows a curve keeps so far [cells] from both: in float32 it would end on a node.
-constexpr double kLeastShare = 1e-3;
+// Minimum distance [cells] of a curve from the two rows next to it. In float32 it would end on a
+// node.
+constexpr double kMinShare = 1e-3;
 
-// Squared radius of what is not there [cells^2], between rows: a twentieth makes a flat floor.
+// Negative squared radius between rows where there is no body or hollow [cells^2]. A twentieth
+// makes a flat floor.
 constexpr double kBeyondAxis = 0.05;
 
-// The shadow is sampled on a lattice so many times as fine: of a ball of 8 cells it is then 0.004
-// cells off at most.
+// Refinement of the lattice on which the shadow is sampled. For a ball of 8 cells the error is at
+// most 0.004 cells.
 constexpr int kFiner = 2;
 
-// Clay that has no wall to go to comes back within so many of the pressed height and of the body's
-// radius: nearer, and it stands out as a thin flange.
+// Clay without a wall to go to returns within this number of pressed heights, and of the body's
+// radii. If nearer, it forms a thin flange.
 constexpr double kReachHeights = 2, kReachRadii = 1.5;
 
 double square(double x) { return x * x; }
 
-// Ends along one ray: spans that touch are one.
+// Intervals along one ray; touching spans are merged.
 struct Solids {
   std::vector<std::pair<double, double>> spans;
   double length() const {
@@ -73,7 +76,7 @@ Solids solids_of(const FieldSnapshot& field, int u, int v) {
 
 void WheelProfile::close_pinholes() {
   for (size_t k = 0; k < outer.size(); k++)
-    if (hollow[k] < square(kLeastHollow)) outer[k] -= std::exchange(hollow[k], 0.0);
+    if (hollow[k] < square(kMinHollow)) outer[k] -= std::exchange(hollow[k], 0.0);
 }
 
 double WheelProfile::weight(size_t k) const {
@@ -83,8 +86,9 @@ double WheelProfile::weight(size_t k) const {
 }
 
 double WheelProfile::volume() const {
-  // Linear between rows: the trapezoids' halves are the rows' own parts, exact but where a row at
-  // the bottom or top stands for more or less than half a cell, and there it is constant.
+  // Linear between rows: the trapezoids' halves are the rows' own parts. This is exact, except
+  // where a row at the bottom or top represents more or less than half a cell. There it is
+  // constant.
   double sum = 0;
   for (size_t k = 0; k < outer.size(); k++) sum += weight(k) * (outer[k] - hollow[k]);
   return kPi * sum;
@@ -112,8 +116,8 @@ WheelProfile read_profile(const TriDexel& model, const LatticePoint& centre) {
   profile.high = high;
   profile.first = static_cast<int>(std::ceil(low - 0.5));
   const int last = static_cast<int>(std::ceil(high - 0.5)) - 1;
-  // The rays that pass the axis nearest, on both sides of it.
-  const auto beside = [](double c) {
+  // The rays nearest to the axis, on both sides of it.
+  const auto neighbours = [](double c) {
     return std::array{static_cast<int>(std::floor(c - 0.5)), static_cast<int>(std::ceil(c - 0.5))};
   };
   bool symmetric = true;
@@ -132,12 +136,12 @@ WheelProfile read_profile(const TriDexel& model, const LatticePoint& centre) {
         outer = a;
         hollow = b;
       }
-      // By the radius, which the rays measure.
+      // Compares radii, because the rays measure radii.
       symmetric &= std::fabs(std::sqrt(a) - std::sqrt(outer)) < kSymmetric &&
                    std::fabs(std::sqrt(b) - std::sqrt(hollow)) < kSymmetric;
     };
-    for (const int j : beside(cy)) take(solids_of(fx, j, k), cx, j + 0.5 - cy);
-    for (const int i : beside(cx)) take(solids_of(fy, k, i), cy, i + 0.5 - cx);
+    for (const int j : neighbours(cy)) take(solids_of(fx, j, k), cx, j + 0.5 - cy);
+    for (const int i : neighbours(cx)) take(solids_of(fy, k, i), cy, i + 0.5 - cx);
     profile.outer.push_back(std::max(outer, 0.0));
     profile.hollow.push_back(std::max(hollow, 0.0));
   }
@@ -191,7 +195,7 @@ bool WheelSolid::interval(Axis axis, int u, int v, int layer, Interval& out) con
   const auto &a = profile_.outer, &b = profile_.hollow;
   const auto rows = static_cast<int>(a.size());
   if (axis != Axis::z) {
-    // u, v: of x, along y and z; of y, along z and x.
+    // u, v: for x along y and z; for y along z and x.
     const bool is_x = axis == Axis::x;
     const int k = (is_x ? v : u) - profile_.first;
     if (k < 0 || k >= rows) return false;
@@ -199,16 +203,16 @@ bool WheelSolid::interval(Axis axis, int u, int v, int layer, Interval& out) con
     const double middle = is_x ? profile_.centre.x() : profile_.centre.y(),
                  off = (is_x ? u : v) + 0.5 - (is_x ? profile_.centre.y() : profile_.centre.x());
     const double outer2 = a[row] - off * off, hollow2 = b[row] - off * off;
-    if (!(outer2 > kLeastChord2)) return false;
+    if (!(outer2 > kMinChord2)) return false;
     const double outer = std::sqrt(outer2);
-    // The squared radius less its value grows outwards: (2 along, 2 off, -slope).
+    // Gradient of the squared radius minus its value: (2 along, 2 off, -slope).
     const auto end = [&](double along, double slope, double sign) {
       const double rise = -0.5 * slope;
       return End{middle + along, is_x ? encode_normal(sign * off, sign * rise, sign * along)
                                       : encode_normal(sign * rise, sign * off, sign * along)};
     };
     const double so = outer_slope_[row], sh = hollow_slope_[row];
-    if (!(hollow2 > kLeastChord2)) {
+    if (!(hollow2 > kMinChord2)) {
       out = {end(-outer, so, 1), end(outer, so, 1)};
       return layer == 0;
     }
@@ -218,8 +222,8 @@ bool WheelSolid::interval(Axis axis, int u, int v, int layer, Interval& out) con
     return layer < 2;
   }
   const double x = u + 0.5 - profile_.centre.x(), y = v + 0.5 - profile_.centre.y(),
-               r2 = x * x + y * y + kLeastChord2;
-  // A row without hollow or body lies beyond the axis, so that no curve ends on a node there.
+               r2 = x * x + y * y + kMinChord2;
+  // A row without hollow or body gets a value beyond the axis. So no curve ends on a node there.
   const auto value = [&](size_t row, bool of_hollow) {
     const double r = of_hollow ? b[row] : a[row];
     return r > 0 ? r : -kBeyondAxis;
@@ -233,7 +237,7 @@ bool WheelSolid::interval(Axis axis, int u, int v, int layer, Interval& out) con
     const auto row = static_cast<size_t>(k);
     const double from = value(row, of_hollow), to = value(row + 1, of_hollow);
     const std::vector<double>& slopes = of_hollow ? hollow_slope_ : outer_slope_;
-    const double share = std::clamp((r2 - from) / (to - from), kLeastShare, 1 - kLeastShare);
+    const double share = std::clamp((r2 - from) / (to - from), kMinShare, 1 - kMinShare);
     const double slope = slopes[row] + share * (slopes[row + 1] - slopes[row]);
     const double sign = of_hollow ? -1 : 1;
     return End{profile_.row_z(row) + share, encode_normal(sign * x, sign * y, sign * -0.5 * slope)};
@@ -248,8 +252,8 @@ bool WheelSolid::interval(Axis axis, int u, int v, int layer, Interval& out) con
     const bool next = inside(k + 1);
     if (next == in) continue;
     const auto row = static_cast<size_t>(k);
-    // Which curve passes r2: where both do, the one that is passed first counts inwards, and last
-    // outwards.
+    // Selects the curve that passes r2. If both do, inwards the later crossing counts, outwards the
+    // earlier one.
     const bool by_outer = (a[row] > r2) != (a[row + 1] > r2),
                by_hollow = (b[row] <= r2) != (b[row + 1] <= r2);
     End end = crossing(k, !by_outer);
@@ -305,7 +309,7 @@ void Wheel::begin(const Vec3& axis_mm, const Tool& tool, const Pose& start) {
   profile_ = read_profile(model_, lattice.to_lattice(axis_mm));
   in_hollow_ = false;
   if (profile_.empty()) return;
-  // Which its shadow lies in: row by row the hollow, or beyond the outside.
+  // Decides from its shadow, row by row: inside the hollow, or outside the body.
   cast_shadow(tool, start, Vec3::Zero());
   int within = 0, beyond = 0;
   for (size_t k = 0; k < shadow_.size(); k++) {
@@ -319,22 +323,22 @@ void Wheel::begin(const Vec3& axis_mm, const Tool& tool, const Pose& start) {
     in_hollow_ = within > beyond;
     return;
   }
-  // Above the body, or deep in it: by where its tip is.
+  // The tool is above the body, or deep in it. The position of its tip decides.
   const Vec3 tip = lattice.to_lattice(start.tip).units - profile_.centre;
   const double z = tip.z() + profile_.centre.z();
   in_hollow_ = z >= profile_.high - 0.5 &&
                tip.x() * tip.x() + tip.y() * tip.y() < square(kWithinRim) * profile_.outer.back();
 }
 
-// For each row, how near to the axis and how far from it the swept tool comes.
-void Wheel::cast_shadow(const Tool& tool, const Pose& from, const Vec3& way_mm) {
+// For each row: minimum and maximum distance of the swept tool from the axis.
+void Wheel::cast_shadow(const Tool& tool, const Pose& from, const Vec3& displacement_mm) {
   const Lattice& lattice = model_.lattice();
   shadow_.assign(profile_.outer.size(), {kFar, -1});
-  const SweptTool whole(tool, from, way_mm, lattice);
+  const SweptTool whole(tool, from, displacement_mm, lattice);
   const Box box = whole.solid().bounds().units;
   Lattice fine;
   fine.pitch_mm = lattice.pitch_mm / kFiner;
-  // Every so-manyth row of the fine lattice is a row of the profile.
+  // Every kFiner-th row of the fine lattice is a row of the profile.
   Vec3 corner = Vec3::Zero();
   for (int i = 0; i < 3; i++) {
     const double low = std::max(box.min[i], 0.0),
@@ -346,7 +350,7 @@ void Wheel::cast_shadow(const Tool& tool, const Pose& from, const Vec3& way_mm) 
   fine.origin_mm = lattice.to_mm(LatticePoint{corner});
   TriDexel scratch(fine);
   Removed added;
-  deposit(scratch, SweptTool(tool, from, way_mm, fine).solid(), 0, {}, added);
+  deposit(scratch, SweptTool(tool, from, displacement_mm, fine).solid(), 0, {}, added);
   const Vec3 to_axis = profile_.centre - corner;
   for (int v = 0; v < fine.nodes[2]; v += kFiner) {
     const int k =
@@ -369,16 +373,16 @@ void Wheel::cast_shadow(const Tool& tool, const Pose& from, const Vec3& way_mm) 
 }
 
 Result<Wheel::Turned> Wheel::advance(WheelVerb verb, const Tool& tool, const Pose& from,
-                                     const Vec3& way_mm, double wall_mm) {
-  if (!from.tip.allFinite() || !way_mm.allFinite())
+                                     const Vec3& displacement_mm, double wall_mm) {
+  if (!from.tip.allFinite() || !displacement_mm.allFinite())
     return Error{"the wheel's tool must stand at a finite place"};
   Turned turned;
   if (profile_.empty()) return turned;
-  cast_shadow(tool, from, way_mm);
+  cast_shadow(tool, from, displacement_mm);
   auto &a = profile_.outer, &b = profile_.hollow;
   const bool keeps = verb == WheelVerb::throw_clay;
-  // What is owed to rows nearby [w r^2], and where it was pressed.
-  double pressed = 0, owed = 0, low = kFar, high = -kFar;
+  // Pending volume for nearby rows [w r^2], and the rows where it was pressed.
+  double pressed = 0, pending = 0, low = kFar, high = -kFar;
   bool changed = false;
   for (size_t k = 0; k < a.size(); k++) {
     const Shadow& shadow = shadow_[k];
@@ -386,17 +390,17 @@ Result<Wheel::Turned> Wheel::advance(WheelVerb verb, const Tool& tool, const Pos
     const double w = profile_.weight(k);
     if (in_hollow_) {
       double hollow = std::max(b[k], shadow.farthest);
-      if (!keeps) hollow = std::min(hollow, square(std::max(0.0, std::sqrt(a[k]) - kLeastWall)));
+      if (!keeps) hollow = std::min(hollow, square(std::max(0.0, std::sqrt(a[k]) - kMinWall)));
       const double more = hollow - b[k];
       if (!(more > 0)) continue;
       pressed += w * more;
       b[k] = hollow;
       if (keeps) a[k] += more;
     } else {
-      const double wall = b[k] > 0 ? square(std::sqrt(b[k]) + kLeastWall) : square(kLeastWall);
-      // A wall that is pressed goes inwards as a whole, as far as there is a hollow.
+      const double wall = b[k] > 0 ? square(std::sqrt(b[k]) + kMinWall) : square(kMinWall);
+      // A pressed wall moves inwards as a whole, as far as there is a hollow.
       const double outer =
-          keeps ? std::max(shadow.nearest, square(kLeastWall)) : std::max(shadow.nearest, wall);
+          keeps ? std::max(shadow.nearest, square(kMinWall)) : std::max(shadow.nearest, wall);
       const double less = a[k] - outer;
       if (!(less > 0)) continue;
       pressed += w * less;
@@ -404,7 +408,7 @@ Result<Wheel::Turned> Wheel::advance(WheelVerb verb, const Tool& tool, const Pos
       if (keeps) {
         const double inwards = std::min(less, b[k]);
         b[k] -= inwards;
-        owed += w * (less - inwards);
+        pending += w * (less - inwards);
       }
     }
     changed = true;
@@ -417,18 +421,18 @@ Result<Wheel::Turned> Wheel::advance(WheelVerb verb, const Tool& tool, const Pos
     const bool touched = shadow.nearest <= shadow.farthest &&
                          (in_hollow_ ? shadow.farthest >= b[k] : shadow.nearest <= a[k]);
     if (!touched || !(b[k] > 0)) continue;
-    const double less = in_hollow_ ? a[k] - square(std::sqrt(b[k]) + std::max(gap, kLeastWall))
-                                   : square(std::sqrt(a[k]) - std::max(gap, kLeastWall)) - b[k];
+    const double less = in_hollow_ ? a[k] - square(std::sqrt(b[k]) + std::max(gap, kMinWall))
+                                   : square(std::sqrt(a[k]) - std::max(gap, kMinWall)) - b[k];
     if (!(less > 0) || (!in_hollow_ && gap * gap >= a[k])) continue;
     (in_hollow_ ? a[k] : b[k]) += in_hollow_ ? -less : less;
-    owed += profile_.weight(k) * less;
+    pending += profile_.weight(k) * less;
     pressed += profile_.weight(k) * less;
     changed = true;
     low = std::min(low, profile_.row_z(k));
     high = std::max(high, profile_.row_z(k));
   }
   if (!changed) return turned;
-  if (owed > 0) {
+  if (pending > 0) {
     const double middle = 0.5 * (low + high),
                  reach = kReachHeights * (high - low) +
                          kReachRadii * std::sqrt(*std::max_element(a.begin(), a.end()));
@@ -445,18 +449,18 @@ Result<Wheel::Turned> Wheel::advance(WheelVerb verb, const Tool& tool, const Pos
       }
     };
     weigh(reach);
-    // Where all of them are pressed, the whole body takes it.
+    // If all of them are pressed, the whole body receives it.
     if (!(sum > 0)) weigh(4 * static_cast<double>(a.size()) + reach);
     if (!(sum > 0)) {
       for (size_t k = 0; k < a.size(); k++) share[k] = 1;
       sum = profile_.high - profile_.low;
     }
-    for (size_t k = 0; k < a.size(); k++) a[k] += owed * share[k] / sum;
+    for (size_t k = 0; k < a.size(); k++) a[k] += pending * share[k] / sum;
   }
   profile_.close_pinholes();
   const double pitch = model_.lattice().pitch_mm, cell = pitch * pitch * pitch;
   turned.pressed_mm3 = kPi * pressed * cell;
-  // The model is what the profile says.
+  // Sets the model to the profile.
   const WheelSolid solid(profile_);
   Removed removed, added;
   intersect(model_, solid, {}, removed);
@@ -464,12 +468,12 @@ Result<Wheel::Turned> Wheel::advance(WheelVerb verb, const Tool& tool, const Pos
   const Box widest = solid.bounds().units;
   for (int i = 0; i < 2; i++)
     turned.what.clipped |= widest.min[i] < 0 || widest.max[i] > model_.lattice().nodes[i];
-  turned.what.removed_mm3 = removed.mean_volume() * cell;
-  turned.what.added_mm3 = added.mean_volume() * cell;
+  turned.what.removed_mm3 = removed.volume() * cell;
+  turned.what.added_mm3 = added.volume() * cell;
   turned.what.points = removed.points() + added.points();
   Reshaped::Part& part = turned.what.parts[profile_.material];
   part.share = 1;
-  part.sum_mm = from.tip + way_mm;
+  part.sum_mm = from.tip + displacement_mm;
   return turned;
 }
 

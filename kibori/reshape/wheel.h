@@ -1,29 +1,32 @@
 // SPDX-License-Identifier: MIT
-// A body that turns about a vertical axis: on a potter's wheel or a lathe (Sato et al.).
+// A body that turns about a vertical axis, on a potter's wheel or a lathe (Sato et al.).
 //
-// Its state is its profile: for each row of nodes along z the squared radii of the outside and of
-// the hollow, in doubles; between rows they are linear in z, so that every volume is a sum:
+// Its state is its profile: for each row of nodes along z, the squared radii of the outside and of
+// the hollow, in doubles. Between rows they are linear in z, so every volume is a sum:
 //
-//   V = pi sum_k w_k (a_k - b_k)          a = outside r^2, b = hollow r^2, w: length of the row's
-//   part
+//   V = pi sum_k w_k (a_k - b_k)
+//
+//   a = outside r^2, b = hollow r^2, w: length of the row's part
 //
 //        |<- sqrt(a) ->|
 //        |             |      z
-//     ___|___ _________|_     |        A tool casts a shadow on the profile: at each height the
-//    |   |   |         | |             nearest and the farthest that it comes to the axis, as
-//    |   |___|         | |             the body turns under it.
+//     ___|___ _________|_     |        A tool casts a shadow on the profile: at each height,
+//    |   |   |         | |             its minimum and maximum distance from the axis,
+//    |   |___|         | |             as the body turns under it.
 //    |_________________|_|
 //
-//   throw  outside: a' = p^2 where it is pressed in; what is missing comes back to the hollow's
-//   side
-//          where the wall is, and else to the outside nearby. hollow: b' = q^2, and a' = a + b' -
-//          b, so each ring keeps its volume. V is kept to rounding.
-//          A second finger across the wall: b' = (sqrt(a') - wall)^2, or a' = (sqrt(b') + wall)^2,
-//          and what it takes comes to the outside nearby.
+// The verbs, with the shadow from p to q:
+//
+//   throw  outside: a' = p^2 where the tool presses in. The missing volume returns on the
+//          hollow's side where there is a wall, otherwise at the outside nearby.
+//          hollow: b' = q^2, and a' = a + b' - b, so each ring keeps its volume.
+//          V is kept to rounding.
+//          With a second finger across the wall: b' = (sqrt(a') - wall)^2, or
+//          a' = (sqrt(b') + wall)^2. The volume that it removes returns at the outside nearby.
 //   turn   a' = min(a, p^2), b' = max(b, q^2): a lathe's cut.
 //
-// The rays are told anew from the profile in closed form: |x| < sqrt(a - y^2), and along z where
-// a(z) > x^2 + y^2 >= b(z): so the body is symmetric to float32.
+// The rays are computed from the profile in closed form: |x| < sqrt(a - y^2), and along z where
+// a(z) > x^2 + y^2 >= b(z). Therefore, the body is symmetric to float32.
 #pragma once
 
 #include <vector>
@@ -47,19 +50,19 @@ struct WheelProfile {
 
   bool empty() const { return outer.empty(); }
   double row_z(size_t k) const { return first + static_cast<double>(k) + 0.5; }
-  // The length of z for which a row stands in volumes.
+  // The length along z that a row represents in volumes.
   double weight(size_t k) const;
   // Cubic lattice units.
   double volume() const;
-  // Hollows that are too narrow to be told, without a change of volume.
+  // Closes hollows that are too narrow to resolve, without a change of volume.
   void close_pinholes();
 };
 
-// The profile of what is in the model, about a vertical axis through `centre`. A body that is not
-// symmetric is centred: each row keeps its area, the whole its volume.
+// The profile of the model's material about a vertical axis through `centre`. A body that is not
+// symmetric is centred: each row keeps its area, and the whole body its volume.
 WheelProfile read_profile(const TriDexel& model, const LatticePoint& centre);
 
-// A body of that profile.
+// A body with this profile.
 class WheelSolid final : public Solid {
  public:
   explicit WheelSolid(const WheelProfile& profile);
@@ -75,7 +78,7 @@ class WheelSolid final : public Solid {
   struct Interval {
     End lo, hi;
   };
-  // The interval of that layer on a ray; false where it has not so many.
+  // The interval of `layer` on a ray. Returns false if the ray has fewer intervals.
   bool interval(Axis axis, int u, int v, int layer, Interval& out) const;
 
   const WheelProfile& profile_;
@@ -87,19 +90,21 @@ class Wheel {
  public:
   explicit Wheel(TriDexel& model) : model_(model) {}
 
-  // The stroke begins with the tool at `start`: it works the hollow where it stands in it, or above
-  // the body within the rim; else the outside. `axis_mm`: a point of the axis.
+  // Begins the stroke with the tool at `start`. The tool works on the hollow if it is in the
+  // hollow, or above the body within the rim. Otherwise it works on the outside. `axis_mm`: a point
+  // of the axis.
   void begin(const Vec3& axis_mm, const Tool& tool, const Pose& start);
 
-  // What the tool presses or cuts as it is swept from `from` by `way_mm`, into the model.
-  // `wall_mm`, where clay is thrown: above 0 a second finger stands that far from the tool across a
-  // hollow's wall. `pressed`: the volume that they met [mm^3]. Errors: a place that is not finite.
+  // Applies what the tool presses or cuts on its path from `from` by `displacement_mm` to the
+  // model. `wall_mm` above 0, when clay is thrown: a second finger is at that distance from the
+  // tool, across the hollow's wall. `pressed_mm3` is the volume that they met [mm^3]. Errors: a
+  // place that is not finite.
   struct Turned {
     Reshaped what;
     double pressed_mm3 = 0;
   };
-  Result<Turned> advance(WheelVerb verb, const Tool& tool, const Pose& from, const Vec3& way_mm,
-                         double wall_mm = 0);
+  Result<Turned> advance(WheelVerb verb, const Tool& tool, const Pose& from,
+                         const Vec3& displacement_mm, double wall_mm = 0);
 
   const WheelProfile& profile() const { return profile_; }
 
@@ -107,7 +112,7 @@ class Wheel {
   struct Shadow {
     double nearest, farthest;  // squared; nearest > farthest: none
   };
-  void cast_shadow(const Tool& tool, const Pose& from, const Vec3& way_mm);
+  void cast_shadow(const Tool& tool, const Pose& from, const Vec3& displacement_mm);
 
   TriDexel& model_;
   WheelProfile profile_;

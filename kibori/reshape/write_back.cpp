@@ -16,11 +16,11 @@
 namespace kibori {
 namespace {
 
-// An end that moved less than the first [cells] keeps its normal, one that moved more than the
-// second takes that of the new distances; blended between.
+// An end that moved less than kKeepsNormal [cells] keeps its normal. If it moved more than
+// kTakesNormal, it gets that of the new distances. Between, they are blended.
 constexpr float kKeepsNormal = 1e-4f, kTakesNormal = 2e-3f;
 
-// A change of distances, as RayWriter asks for it.
+// A change of distances, as the `Change` of RayWriter.
 class PhiChange {
  public:
   PhiChange(const NodeBand& band, const NodeValues& after)
@@ -36,6 +36,7 @@ class PhiChange {
   }
   bool changes(int k) const { return phi_[at(k)] != after_[at(k)]; }
   bool inside(int k) const { return is_inside(after_[at(k)]); }
+  bool was_inside(int k) const { return is_inside(phi_[at(k)]); }
 
   NewEnd end_on(int k, bool out, const RayRun& run) const {
     const double is = zero(after_, k);
@@ -86,12 +87,12 @@ class PhiChange {
  private:
   size_t at(int k) const { return base_ + static_cast<size_t>(k - first_) * stride_; }
   static bool is_inside(float phi) { return phi < 0; }
-  // Where phi is 0 between nodes k - 1 and k.
+  // Position where phi is 0 between nodes k - 1 and k.
   double zero(const NodeValues& phi, int k) const {
     const double a = double{phi[at(k - 1)]}, b = double{phi[at(k)]};
     return (k - 0.5) + a / (a - b);
   }
-  // The nearest old end of whichever of the edge's nodes knows one.
+  // The nearest old end that one of the edge's nodes knows.
   const SurfaceEnd* near(float depth) const {
     Index3 node = node_;
     const auto k = static_cast<int>(std::floor(depth));
@@ -119,15 +120,15 @@ NodeBox joined(const NodeBox& box, const NodeBlock& block) {
           box.high.max(at + Index3(block.last() + 1, 1, 1))};
 }
 
-// Added and removed on one ray.
-using Lengths = std::vector<std::pair<double, double>>;
+// Added and removed volume on one ray.
+using Volumes = std::vector<std::pair<double, double>>;
 
 }  // namespace
 
 bool changes_beyond(const NodeBand& band, const NodeValues& after,
                     const std::vector<NodeBlock>& touched, float core, float deepest, int threads) {
   const auto step = [&](int axis) { return static_cast<std::ptrdiff_t>(band.stride(axis)); };
-  const auto beside = [&](const float* node) {
+  const auto next_to_left_out = [&](const float* node) {
     const auto left_out = [&](std::ptrdiff_t off) {
       const float depth = std::fabs(node[off]);
       return depth >= core && depth < deepest;
@@ -147,7 +148,7 @@ bool changes_beyond(const NodeBand& band, const NodeValues& after,
     const float* const was = band.phi().data() + block.place;
     const float* const is = after.data() + block.place;
     block.for_nodes([&](int n) {
-      if ((was[n] < 0) != (is[n] < 0) && beside(was + n))
+      if ((was[n] < 0) != (is[n] < 0) && next_to_left_out(was + n))
         beyond.store(true, std::memory_order_relaxed);
     });
   });
@@ -169,7 +170,7 @@ void WriteBack::begin(const NodeBand& band, const std::vector<NodeBlock>& touche
   found_.fill(false);
 }
 
-// The rays of a field through the touched nodes.
+// Finds the rays of a field through the touched nodes.
 void WriteBack::find_rays(const TriDexel& model, size_t axis) {
   if (std::exchange(found_[axis], true)) return;
   RayRanges& rays = rays_[axis];
@@ -178,12 +179,12 @@ void WriteBack::find_rays(const TriDexel& model, size_t axis) {
   const int d = depth_index(kAxes[axis]);
   for (const NodeBlock& block : *touched_) {
     const Index3 at(block.i, block.j, block.k);
-    const auto beside = [&](int across) {
+    const auto next_to_left_out = [&](int across) {
       return across != d && (at[across] < 0 || at[across] >= all.high[across]);
     };
-    if (beside(1) || beside(2)) continue;
+    if (next_to_left_out(1) || next_to_left_out(2)) continue;
     if (kAxes[axis] == Axis::x) {
-      // All on one ray.
+      // All nodes are on one ray.
       rays.include(at + Index3(block.first(), 0, 0));
       rays.include(at + Index3(block.last(), 0, 0));
       continue;
@@ -197,13 +198,12 @@ double WriteBack::rough_volume(const TriDexel& model, const NodeValues& after) c
   const size_t count = touched_->size();
   std::vector<double> sums((count + kPieceSize - 1) / kPieceSize);
   run_parallel_ranges(threads_, count, [&](size_t first, size_t number) {
-    sums[first / kPieceSize] =
-        added({touched_->data() + first, number, band_->phi().data(), after.data(),
-               band_->stride(1), band_->stride(2), band_->turn().turn(model.lattice().nodes)});
+    sums[first / kPieceSize] = added({touched_->data() + first, number, band_->phi().data(),
+                                      after.data(), band_->turn().turn(model.lattice().nodes)});
   });
   double sum = 0;
   for (const double piece : sums) sum += piece;
-  return sum / 3;
+  return sum;
 }
 
 double WriteBack::volume(const TriDexel& model, const NodeValues& after) {
@@ -216,22 +216,23 @@ double WriteBack::volume(const TriDexel& model, const NodeValues& after) {
   std::vector<Piece> pieces;
   for (size_t axis = 0; axis < 3; axis++)
     rays_[axis].for_tiles([&](int tu, int tv) { pieces.push_back({axis, tu, tv}); });
-  std::vector<Lengths> changes(pieces.size());
+  std::vector<Volumes> changes(pieces.size());
   run_parallel_slices(threads_, pieces.size(), [&](size_t i, size_t) {
     const auto [axis, tu, tv] = pieces[i];
     PhiChange change(*band_, after);
-    RayWriter<PhiChange> write(model.field(band_->turn().old(kAxes[axis])).view(), kAxes[axis],
-                               change);
+    const Axis old = band_->turn().old(kAxes[axis]);
+    RayWriter<PhiChange> write(model.field(old).view(), kAxes[axis], change);
     rays_[axis].for_rays(tu, tv, [&](int u, int v, int low, int high) {
-      write.for_runs(u, v, low, high,
-                     [&](const RayRun& run) { changes[i].push_back(lengths(run)); });
+      write.for_runs(u, v, low, high, [&](const RayRun& run) {
+        changes[i].push_back(volumes(run, old == Axis::z));
+      });
     });
   });
-  // In one order, whatever the threads.
+  // In a fixed order, so that the result does not depend on the threads.
   double sum = 0;
-  for (const Lengths& piece : changes)
+  for (const Volumes& piece : changes)
     for (const auto& [added, removed] : piece) sum += added - removed;
-  return sum / 3;
+  return sum;
 }
 
 Reshaped WriteBack::write(TriDexel& model, const NodeValues& after) {
@@ -247,13 +248,13 @@ Reshaped WriteBack::write(TriDexel& model, const NodeValues& after) {
   if (std::none_of(touched.begin(), touched.end(),
                    [&](const NodeBlock& block) { return changed(block).nodes; }))
     return result;
-  NodeBox box = kNoNodes;  // of what changes
+  NodeBox box = kNoNodes;  // of the changed nodes
   double whole = 0;
-  const auto tell = [&](const NodeBlock& touched_block) {
+  const auto add_block = [&](const NodeBlock& touched_block) {
     const NodeBlock block = changed(touched_block);
     if (!block.nodes) return;
     box = joined(box, block);
-    // Only near the surface is a change of distance one of place.
+    // A change of distance moves the surface only near it.
     block.for_nodes([&](int n) {
       const float was = band.phi()[block.place + static_cast<size_t>(n)],
                   is = after[block.place + static_cast<size_t>(n)];
@@ -268,19 +269,20 @@ Reshaped WriteBack::write(TriDexel& model, const NodeValues& after) {
       whole += moved;
     });
   };
-  std::array<Lengths, 3> changes;
+  std::array<Volumes, 3> changes;
   run_parallel(threads_, 4, [&](size_t i) {
     if (i == 3) {
-      for (const NodeBlock& block : touched) tell(block);
+      for (const NodeBlock& block : touched) add_block(block);
       return;
     }
     PhiChange change(band, after);
     find_rays(model, i);
-    write_runs(model.field(band.turn().old(kAxes[i])), kAxes[i], rays_[i], change,
-               [&](const RayRun& run) { changes[i].push_back(lengths(run)); });
+    const Axis old = band.turn().old(kAxes[i]);
+    write_runs(model.field(old), kAxes[i], rays_[i], change,
+               [&](const RayRun& run) { changes[i].push_back(volumes(run, old == Axis::z)); });
   });
   double added = 0, removed = 0;
-  for (const Lengths& field : changes)
+  for (const Volumes& field : changes)
     for (const auto& [more, less] : field) {
       added += more;
       removed += less;
@@ -292,8 +294,8 @@ Reshaped WriteBack::write(TriDexel& model, const NodeValues& after) {
     part.sum_mm = part.share * model.lattice().to_mm(LatticePoint{band.turn().turn_back(middle)});
   }
   const double pitch = model.lattice().pitch_mm, cell = pitch * pitch * pitch;
-  result.added_mm3 = added / 3 * cell;
-  result.removed_mm3 = removed / 3 * cell;
+  result.added_mm3 = added * cell;
+  result.removed_mm3 = removed * cell;
   model.include_material({{band.turn().turn_back(box.low).matrix().cast<double>().array() - 0.5,
                            band.turn().turn_back(box.high).matrix().cast<double>().array() + 0.5}});
   model.touch();

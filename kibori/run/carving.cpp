@@ -18,21 +18,21 @@
 namespace kibori {
 namespace {
 
-// Clay that found no room [mm^3] is reported beyond this.
-constexpr double kOwedWarning = 1e-3;
+// Pressed clay that found no room causes a warning above this [mm^3].
+constexpr double kPendingWarning = 1e-3;
 
 double microseconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start)
       .count();
 }
 
-// Moves of one warp are one stroke; every other move is a stroke of its own.
+// All moves of one warp form one stroke. Every other move is a separate stroke.
 bool one_stroke(const Move& first, const Move& next) {
   return warps(first.mode) && first.mode == next.mode && first.brush == next.brush;
 }
 
-// Where a hand is after `tick` of a move's `ticks`.
-Vec3 on_the_way(const Vec3& from_mm, const Vec3& to_mm, int64_t tick, int64_t ticks) {
+// The position of a hand after `tick` of a move's `ticks`.
+Vec3 point_on_path(const Vec3& from_mm, const Vec3& to_mm, int64_t tick, int64_t ticks) {
   if (tick >= ticks) return to_mm;
   return from_mm + (to_mm - from_mm) * (static_cast<double>(tick) / static_cast<double>(ticks));
 }
@@ -46,14 +46,14 @@ Status check_tools(const Scene& scene) {
     std::snprintf(
         text, sizeof text,
         ": [tool] reaches %.4g mm from its tip, and at pitch %g mm at most %.4g mm can be "
-        "told apart; use a smaller tool",
+        "resolved; use a smaller tool",
         reach_mm(tool), scene.stock.pitch_mm, kMaxToolReach * scene.stock.pitch_mm);
     return Error{scene.file + text};
   }
   return Ok{};
 }
 
-// The plans of all moves but the first, which only says where the tool starts.
+// The plans of all moves except the first, which only gives the tool's start.
 Result<std::vector<MovePlan>> plan_moves(const Scene& scene) {
   std::vector<MovePlan> plans;
   int64_t total = 0;
@@ -74,7 +74,7 @@ Result<std::vector<MovePlan>> plan_moves(const Scene& scene) {
   return plans;
 }
 
-// Where the first move, or its second hand, puts the tool.
+// The pose at which the first move, or its second hand, places the tool.
 template <class HandMove>
 Pose start_of(const HandMove& move) {
   return {move.to_mm, frame_from_axis(move.axis, move.roll_rad)};
@@ -86,18 +86,18 @@ Carving of(std::unique_ptr<TriDexel> model) {
   return carving;
 }
 
-// A scene while it is carved. Every part of the run adds to `carving`.
+// A scene during carving. Every part of the run adds to `carving`.
 class SceneRun {
  public:
   SceneRun(const Scene& scene, const CarveOptions& options, std::vector<MovePlan> plans,
            std::unique_ptr<TriDexel> model, Recorder recorder);
 
-  // Protected bodies and splines, before the first move.
+  // Adds protected bodies and splines, before the first move.
   Status prepare();
   Status run_moves();
   Status run_cutters();
   Result<Carving> finish();
-  // The same error, once all that was carved is saved.
+  // Returns the same error, after it has saved everything that was carved.
   Error stop(std::string error);
 
  private:
@@ -107,7 +107,7 @@ class SceneRun {
     const Move& to;
     const MovePlan& plan;
     Pose began;   // of the first hand
-    Pose wanted;  // on a path that is not straight
+    Pose wanted;  // for a path that is not straight
   };
 
   Result<BodyChange> act(const BodyAction& action);
@@ -137,10 +137,10 @@ class SceneRun {
   int64_t total_ticks_ = 0;
   std::vector<double> step_us_;
   bool going_ = true;     // the caller wants more ticks
-  bool clipped_ = false;  // reported
-  // Of the stroke that is being made.
-  std::optional<Snapshot> before_;  // where its crumbs are looked for
-  std::optional<StrokeTick> end_tick_;
+  bool clipped_ = false;  // a warning was given
+  // For the current stroke.
+  std::optional<Snapshot> before_;  // the state against which crumbs are searched
+  std::optional<RecordedTick> end_tick_;
   double removed_before_ = 0;
 };
 
@@ -185,14 +185,14 @@ void SceneRun::warn(int line, const std::string& text) const {
 
 Status SceneRun::add_no_go(const SceneNoGo& no_go) {
   BodyProperties shown;
-  shown.visible = false;  // it is what the piece shall come to, not a part of it
+  shown.visible = false;  // it is the target shape of the piece, not a part of it
   if (!no_go.name.empty()) shown.name = no_go.name;
   BodyAction add;
-  if (no_go.way_mm.empty()) {
+  if (no_go.path_mm.empty()) {
     shown.no_go = true;
     add.verb = BodyAdd{no_go.tool, no_go.pose, 0, shown};
   } else {
-    BodyProtect mask{no_go.tool, no_go.way_mm};
+    BodyProtect mask{no_go.tool, no_go.path_mm};
     mask.properties = shown;
     add = {{bench_.active()}, mask};
   }
@@ -243,28 +243,28 @@ Result<ToolTick> SceneRun::move_first(Path& path, int64_t k) {
   const MovePlan& plan = path.plan;
   if (k > plan.ticks) return player_.rest();
   const auto ticks = static_cast<double>(plan.ticks);
-  if (!plan.way)
-    return player_.move(on_the_way(path.from.to_mm, path.to.to_mm, k, plan.ticks),
+  if (!plan.path)
+    return player_.move(point_on_path(path.from.to_mm, path.to.to_mm, k, plan.ticks),
                         plan.turn_rad / ticks);
-  const Pose next = plan.way->at(static_cast<double>(k) / ticks, path.began);
+  const Pose next = plan.path->at(static_cast<double>(k) / ticks, path.began);
   const Mat3 frame = std::exchange(path.wanted, next).frame;
   return player_.move(next.tip, rotation_between(frame, next.frame));
 }
 
-// Null: there is no second hand.
+// Returns null if there is no second hand.
 Result<std::shared_ptr<ToolTick>> SceneRun::move_second(const Path& path, int64_t k) {
   if (!player_.has_second()) return std::shared_ptr<ToolTick>();
   const MovePlan& plan = path.plan;
   Result<ToolTick> done =
-      k > plan.ticks
-          ? player_.rest(true)
-          : player_.move(on_the_way(path.from.second->to_mm, path.to.second->to_mm, k, plan.ticks),
-                         plan.second_turn_rad / static_cast<double>(plan.ticks), true);
+      k > plan.ticks ? player_.rest(true)
+                     : player_.move(point_on_path(path.from.second->to_mm, path.to.second->to_mm, k,
+                                                  plan.ticks),
+                                    plan.second_turn_rad / static_cast<double>(plan.ticks), true);
   if (!done) return Error{"the second hand: " + done.error()};
   return std::make_shared<ToolTick>(std::move(done).value());
 }
 
-// Tick k of a move, from 1. `last`: the stroke ends with it.
+// Runs tick k of a move, from 1. `last`: the stroke ends with it.
 Status SceneRun::run_tick(Path& path, int64_t k, bool last) {
   const Move& to = path.to;
   const auto wrong = [&](const std::string& error) { return at(to.line, "[move] " + error); };
@@ -272,9 +272,9 @@ Status SceneRun::run_tick(Path& path, int64_t k, bool last) {
   Result<ToolTick> tick = move_first(path, k);
   if (!tick) return wrong(tick.error());
   ToolTick& result = tick.value();
-  const StrokeTick recorded = player_.recorded();
+  const RecordedTick recorded = player_.recorded();
   if (last) {
-    const Result<std::optional<StrokeTick>> ended = player_.end(result);
+    const Result<std::optional<RecordedTick>> ended = player_.end(result);
     if (!ended) return wrong(ended.error());
     end_tick_ = ended.value();
   }
@@ -296,27 +296,27 @@ Status SceneRun::run_tick(Path& path, int64_t k, bool last) {
   if (options_.progress && summary.ticks % 64 == 0)
     options_.progress(static_cast<double>(summary.ticks) / static_cast<double>(total_ticks_));
   if (!options_.each) return Ok{};
-  std::optional<CarvedTick> beside;
+  std::optional<CarvedTick> second;
   if (other)
-    beside.emplace(CarvedTick{scene_.tools[to.second->tool], player_.tool_pose(true), *other});
+    second.emplace(CarvedTick{scene_.tools[to.second->tool], player_.tool_pose(true), *other});
   going_ = options_.each(model_, {scene_.tools[to.tool], player_.tool_pose(), result},
-                         beside ? &*beside : nullptr);
+                         second ? &*second : nullptr);
   return Ok{};
 }
 
 Status SceneRun::end_stroke(const Move& to) {
   CarveSummary& summary = carving_.summary;
   ToolTick own;  // changes something only if the caller stopped the run within the stroke
-  const Result<std::optional<StrokeTick>> ended = player_.end(own);
+  const Result<std::optional<RecordedTick>> ended = player_.end(own);
   if (!ended) return at(to.line, "[move] " + ended.error());
   add_tick(summary, to.mode, own);
   if (ended.value()) end_tick_ = ended.value();
   if (end_tick_) recorder_.add(*end_tick_);
-  if (end_tick_ && player_.owed_mm3() > kOwedWarning) {
+  if (end_tick_ && player_.pending_mm3() > kPendingWarning) {
     char text[160];
     std::snprintf(text, sizeof text,
                   "%.3g mm3 of clay found no room around the tool; raise [stock] room_mm",
-                  player_.owed_mm3());
+                  player_.pending_mm3());
     warn(to.line, text);
   }
   CrumbResult crumbs;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Runs a scene: makes the stock, then moves the tool tick by tick and hands each tick's result to
-// the caller.
+// Runs a scene: makes the stock, moves the tool tick by tick, and passes each tick's result to the
+// caller.
 #pragma once
 
 #include <filesystem>
@@ -18,27 +18,28 @@
 
 namespace kibori {
 
-// What a hand's tool came to in a tick.
+// Result of one hand's tool in a tick.
 struct CarvedTick {
   const Tool& tool;
   Pose pose;
   const ToolTick& result;
 };
 
+// Options of carve().
 struct CarveOptions {
-  int threads = 1;                                  // results do not depend on it
-  bool force = false;                               // take a mesh whose rays mostly disagree
-  std::filesystem::path document;                   // written as it is carved; empty: none
-  bool keep_forces = false;                         // in the document, too
+  int threads = 1;                                  // does not change the result
+  bool force = false;                               // accept a mesh whose rays mostly disagree
+  std::filesystem::path document;                   // written during carving; empty: none
+  bool keep_forces = false;                         // also store forces in the document
   std::function<void(double share)> progress;       // 0..1, now and then
-  std::function<void(const std::string&)> warning;  // one sentence each
-  // After every tick; second: the second hand's, or null. false: no more of them.
+  std::function<void(const std::string&)> warning;  // one sentence per call
+  // Called after every tick. `second` is the second hand's, or null. Return false to stop.
   std::function<bool(const TriDexel&, const CarvedTick& first, const CarvedTick* second)> each;
 };
 
-// Errors: those of make_stock; what a move can't be.
+// Errors: those of make_stock, and invalid moves.
 Result<Carving> carve(const Scene& scene, const CarveOptions& options);
-// As above, of a stock that make_stock made.
+// The same for a stock that make_stock made.
 Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock,
                       const CarveOptions& options);
 }  // namespace kibori

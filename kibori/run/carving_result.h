@@ -12,23 +12,24 @@
 
 namespace kibori {
 
-// A tick as it was felt.
+// A tick with its time.
 struct TraceRow {
   double time_s = 0;  // at the end of the tick
   ToolTick result;
-  std::shared_ptr<const ToolTick> second = nullptr;  // of the second hand, where there is one
+  std::shared_ptr<const ToolTick> second = nullptr;  // of the second hand; null if there is none
 };
 
-// A labelled place on the path.
+// A labelled position on the path.
 struct Mark {
   std::string label;
   double time_s = 0;
 };
 
+// Totals of a carving.
 struct CarveSummary {
   int64_t ticks = 0;
-  // removed: by tools and kerfs. fallen: what was severed and fell away. volume: of all bodies that
-  // are not no-go, as bodies counts them.
+  // removed: by tools and kerfs. fallen: severed pieces that fell away. volume: of all bodies that
+  // are not protected; `bodies` counts the same ones.
   double removed_mm3 = 0, deposited_mm3 = 0, fallen_mm3 = 0, volume_mm3 = 0;
   size_t bodies = 1;
   int64_t points_removed = 0;
@@ -41,13 +42,15 @@ struct CarveSummary {
   ModelCount stock;
 };
 
+// The complete result of a carving.
 struct Carving {
-  std::unique_ptr<TriDexel> model;  // of the body that was worked on last
-  Bodies bodies;                    // all of them
+  std::unique_ptr<TriDexel> model;  // of the last active body
+  BodyList bodies;                  // all bodies
   std::vector<TraceRow> trace;
   std::vector<Mark> marks;
   CarveSummary summary;
-  // Why the document holds only the beginning, and where the rest is; empty: all is there.
+  // Why the document holds only the beginning, and where the rest is. Empty if the document is
+  // complete.
   std::string unsaved;
 };
 

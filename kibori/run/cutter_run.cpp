@@ -13,12 +13,12 @@
 namespace kibori {
 namespace {
 
-// Hours of a cutter's feed.
+// Limit for a cutter's feed; at usual rates, this is hours.
 constexpr double kMaxCutterTicks = 1e7;
 
-// The ticks of a cutter that goes along its feed: its work over its way, against it. `area_mm2`: of
-// all that it cut, on one side.
-Status trace_cutter(const SceneCutter& with, const Bodies& before, const Bodies& after,
+// Adds the ticks of a cutter that moves along its feed. The force is the work per distance, against
+// the feed. `area_mm2` is the total area of the cut, on one side.
+Status trace_cutter(const SceneCutter& with, const BodyList& before, const BodyList& after,
                     double area_mm2, const Scene& scene, Carving& carving) {
   CarveSummary& summary = carving.summary;
   const double kerf = with.cutter.kerf_mm;
@@ -27,30 +27,31 @@ Status trace_cutter(const SceneCutter& with, const Bodies& before, const Bodies&
     return kerf > 0 ? kerf * m.u : m.gc;
   };
   std::vector<std::pair<const Body*, CutProgress>> cuts;
-  double bare_mm2 = 0;  // what stays has both faces of a slot, and one of what came away
+  // the kept part has both faces of a slot, and one face of each separated part
+  double bare_mm2 = 0;
   for (const Body& was : before.all) {
     const Body* const is = after.find(was.id);
     if (!is) continue;
     const Vec3 feed = was.pose.frame.transpose() * with.feed;
     cuts.emplace_back(&was, cut_progress(was.model, is->model, feed, work));
-    for (const CutProgress::Step& step : cuts.back().second.steps) bare_mm2 += step.area_mm2;
+    for (const CutProgress::Sample& step : cuts.back().second.steps) bare_mm2 += step.area_mm2;
   }
-  const double way = with.speed_mm_s / scene.rate_hz,
+  const double distance = with.speed_mm_s / scene.rate_hz,
                share = bare_mm2 > 0 ? area_mm2 / bare_mm2 : 0;
   for (const auto& [was, progress] : cuts) {
     const double h = progress.step_mm, all = static_cast<double>(progress.steps.size()) * h;
-    if (!(all <= kMaxCutterTicks * way))
+    if (!(all <= kMaxCutterTicks * distance))
       return Error{"its feed takes too many ticks; use a higher speed"};
-    for (int64_t i = 0; static_cast<double>(i) * way < all; i++) {
-      const CutProgress::Step& step =
-          progress.steps[static_cast<size_t>(static_cast<double>(i) * way / h)];
+    for (int64_t i = 0; static_cast<double>(i) * distance < all; i++) {
+      const CutProgress::Sample& step =
+          progress.steps[static_cast<size_t>(static_cast<double>(i) * distance / h)];
       ToolTick tick;
       tick.pose = {was->pose.to_world(step.middle_mm), frame_from_axis(-with.feed)};
       tick.motion.tip = tick.pose.tip;
       tick.motion.axis = tick.pose.axis();
-      tick.motion.travel = way * with.feed;
+      tick.motion.travel = distance * with.feed;
       tick.wrench.force = -(share * step.work_nmm / h) * with.feed;
-      tick.removed_mm3 = share * kerf * step.area_mm2 * way / h;
+      tick.removed_mm3 = share * kerf * step.area_mm2 * distance / h;
       summary.ticks++;
       summary.max_force_N =
           std::max(summary.max_force_N, std::sqrt(tick.wrench.force.squaredNorm()));
@@ -62,7 +63,7 @@ Status trace_cutter(const SceneCutter& with, const Bodies& before, const Bodies&
 
 }  // namespace
 
-Status run_cutter(const SceneCutter& with, const Bodies& bodies,
+Status run_cutter(const SceneCutter& with, const BodyList& bodies,
                   const std::function<Result<BodyChange>(const BodyAction&)>& act,
                   const Scene& scene, Carving& carving) {
   BodyAction cut{{}, BodyCut{with.cutter}};
@@ -71,7 +72,7 @@ Status run_cutter(const SceneCutter& with, const Bodies& bodies,
       if (body.name == with.body) cut.bodies.push_back(body.id);
     if (cut.bodies.empty()) return Error{"no body is called '" + sanitize_message(with.body) + "'"};
   }
-  const Bodies before = bodies;
+  const BodyList before = bodies;
   const Result<BodyChange> done = act(cut);
   if (!done) return Error{done.error()};
   carving.summary.removed_mm3 += done.value().removed_mm3;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A scene's cutter: cuts bodies apart, with the force along its feed, and moves the parts aside.
-// Internal: not installed.
+// Runs a scene's cutter. It cuts bodies apart, computes the force along its feed, and moves the
+// parts aside. Internal: not installed.
 #pragma once
 
 #include <functional>
@@ -11,9 +11,9 @@
 
 namespace kibori {
 
-// act(action) changes `bodies`. Adds ticks, totals and forces to `carving`. Errors: no body of that
-// name; those of act; a feed of more than 10^7 ticks.
-Status run_cutter(const SceneCutter& with, const Bodies& bodies,
+// act(action) must change `bodies`. Adds ticks, totals and forces to `carving`. Errors: no body of
+// that name, errors of act, a feed of more than 10^7 ticks.
+Status run_cutter(const SceneCutter& with, const BodyList& bodies,
                   const std::function<Result<BodyChange>(const BodyAction&)>& act,
                   const Scene& scene, Carving& carving);
 

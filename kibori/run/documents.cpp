@@ -39,9 +39,21 @@ uint8_t document_material(const Document& document) {
   return stock ? stock.value().material : uint8_t{0};
 }
 
-Result<std::unique_ptr<TriDexel>> document_model(const std::filesystem::path& path) {
+std::vector<std::string> document_notes(const Document& document) {
+  std::vector<std::string> notes;
+  if (!document.missing().empty()) notes.push_back(document.missing());
+  if (const std::string damage = document.damage();
+      !damage.empty() && document.check_rows(document.head()))
+    notes.push_back(document.name() + ": is a damaged document: " + damage +
+                    "; 'kibori verify' says more");
+  return notes;
+}
+
+Result<std::unique_ptr<TriDexel>> document_model(const std::filesystem::path& path,
+                                                 std::vector<std::string>* notes) {
   Result<std::unique_ptr<Document>> document = Document::open(path, Document::Access::read);
   if (!document) return Error{document.error()};
+  if (notes) *notes = document_notes(*document.value());
   return model_at_head(*document.value());
 }
 
@@ -49,15 +61,16 @@ Result<std::unique_ptr<TriDexel>> model_at_head(const Document& document) {
   Result<std::unique_ptr<TriDexel>> model = document.load_at(document.head());
   if (model) return model;
   const Result<StepId> whole = document.last_whole();
-  if (!whole || whole.value() == document.head()) return model;
+  if (!whole) return model;
   return Error{model.error() + "; it is whole up to step " + std::to_string(whole.value()) +
-               " of " + std::to_string(document.head()) + ": 'kibori history " + document.name() +
-               " --salvage NEW.kibori' saves that"};
+               " of " + std::to_string(document.head_in_file()) + ": 'kibori history " +
+               document.name() + " --salvage NEW.kibori' saves that"};
 }
 
-Result<TriangleMesh> read_mesh_or_document(const std::filesystem::path& path, int threads) {
-  if (!is_document(path)) return read_mesh(path);
-  Result<std::unique_ptr<TriDexel>> model = document_model(path);
+Result<TriangleMesh> read_mesh_or_document(const std::filesystem::path& path, int threads,
+                                           std::vector<std::string>* notes) {
+  if (!is_document(path)) return read_mesh(path, notes);
+  Result<std::unique_ptr<TriDexel>> model = document_model(path, notes);
   if (!model) return Error{model.error()};
   const Surface surface = extract_surface(model.value()->snapshot(), threads);
   if (surface.triangles.empty())
@@ -84,7 +97,7 @@ std::vector<Rgb> document_colors(const Document& document) {
   return colors;
 }
 
-Status keep_thumbnail(Document& document, StepId step, const Bodies& bodies,
+Status keep_thumbnail(Document& document, StepId step, const BodyList& bodies,
                       const std::vector<Material>& materials, int threads) {
   const Surface surface = surface_of(bodies.all, threads);
   if (surface.triangles.empty()) return Ok{};
@@ -95,6 +108,7 @@ Status keep_thumbnail(Document& document, StepId step, const Bodies& bodies,
     colors.push_back(m.color);
     options.contrasts.push_back(ring_contrast(m.name));
   }
+  options.log = log_cut_of(materials);
   options.width = 256;
   options.height = 192;
   options.samples = 16;

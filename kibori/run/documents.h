@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Documents as scenes, models and pictures see them.
+// Documents for scenes, models and pictures.
 #pragma once
 
 #include <filesystem>
@@ -15,31 +15,36 @@
 
 namespace kibori {
 
-// By its ending, .kibori.
+// True if the path ends in .kibori.
 bool is_document(const std::filesystem::path& path);
 
-// A document of the stock, before the first move; the stock's own file goes in with it.
+// Creates a document of the stock, before the first move. The stock's own file is stored in it.
 Result<std::unique_ptr<Document>> new_document(const std::filesystem::path& path,
                                                const Scene& scene, const TriDexel& model);
-// The same of a model that came otherwise: it can't be carved at another pitch.
+// The same for a model from another source. That document cannot be carved at another pitch.
 Result<std::unique_ptr<Document>> new_document(const std::filesystem::path& path,
                                                const std::vector<Material>& materials,
                                                const TriDexel& model);
-// What the document's stock is of: a number of its materials; 0 where it does not say.
+// The material number of the document's stock; 0 if the document does not state it.
 uint8_t document_material(const Document& document);
 
-// The model at a document's head. Errors: damage, with the last step that is whole and how to save
-// up to it.
-Result<std::unique_ptr<TriDexel>> document_model(const std::filesystem::path& path);
+// Sentences about what may be missing or damaged, although the rows of the head are whole.
+std::vector<std::string> document_notes(const Document& document);
+// The model at a document's head. Errors: damage. The message names the last intact step, and how
+// to save up to it. `notes` receives document_notes.
+Result<std::unique_ptr<TriDexel>> document_model(const std::filesystem::path& path,
+                                                 std::vector<std::string>* notes = nullptr);
 Result<std::unique_ptr<TriDexel>> model_at_head(const Document& document);
-// A mesh file, or the surface of a document at its head.
-Result<TriangleMesh> read_mesh_or_document(const std::filesystem::path& path, int threads);
+// A mesh file, or the surface of a document at its head. `notes` receives sentences about what was
+// left out or may be missing.
+Result<TriangleMesh> read_mesh_or_document(const std::filesystem::path& path, int threads,
+                                           std::vector<std::string>* notes = nullptr);
 
-// Its materials, by the last stroke, or else by its stock; none where that does not say (before
-// version 11). Their colours.
+// The document's materials, from the last stroke or else from its stock. Empty if neither states
+// them (before version 11). document_colors returns their colours.
 std::vector<Material> document_materials(const Document& document);
 std::vector<Rgb> document_colors(const Document& document);
-// A small picture of a step, kept with it. `bodies`: its state.
-Status keep_thumbnail(Document& document, StepId step, const Bodies& bodies,
+// Draws a small picture of a step and stores it with the step. `bodies` is the step's state.
+Status keep_thumbnail(Document& document, StepId step, const BodyList& bodies,
                       const std::vector<Material>& materials, int threads);
 }  // namespace kibori

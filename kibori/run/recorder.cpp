@@ -9,7 +9,7 @@
 namespace kibori {
 namespace {
 
-// Ticks reach the file after this time at the latest: it is what a crash can lose.
+// Ticks reach the file within this time. A crash can lose them.
 constexpr auto kFlushEvery = std::chrono::milliseconds(50);
 
 }  // namespace
@@ -43,9 +43,9 @@ void Recorder::begin(const StrokeSettings& settings, const Pose& start, const st
   if (document_) check(document_->begin(settings, start, label));
 }
 
-void Recorder::add(const StrokeTick& tick, const Wrench& felt) {
+void Recorder::add(const RecordedTick& tick, const Wrench& computed) {
   if (!document_) return;
-  document_->add(tick, options_->keep_forces ? &felt : nullptr);
+  document_->add(tick, options_->keep_forces ? &computed : nullptr);
   const auto now = std::chrono::steady_clock::now();
   if (now - flushed_ < kFlushEvery) return;
   check(document_->flush());
@@ -57,7 +57,7 @@ void Recorder::finish(const TriDexel& model, double removed_mm3,
   if (document_) check(document_->finish(model, removed_mm3, severed));
 }
 
-void Recorder::draw(const Bodies& bodies, const std::vector<Material>& materials) {
+void Recorder::draw(const BodyList& bodies, const std::vector<Material>& materials) {
   if (!document_) return;
   const Status drawn =
       keep_thumbnail(*document_, document_->head(), bodies, materials, options_->threads);

@@ -37,7 +37,7 @@ Result<std::unique_ptr<TriDexel>> stock_again(const Document& document, const st
   return make_stock(stock.value(), document.name(), how);
 }
 
-// The steps of a document, played one after the other on one bench.
+// Plays the steps of a document one after the other on one bench.
 class StepPlayer {
  public:
   StepPlayer(const Document& document, const ReplayOptions& options, bool as_recorded,
@@ -64,7 +64,7 @@ class StepPlayer {
   Replay& replay_;
   Workbench bench_;
   std::vector<double> step_us_;
-  // Ticks are counted since the rate changed last.
+  // Ticks are counted from the last change of the rate.
   double rate_hz_ = 0, base_s_ = 0;
   int64_t ticks_of_rate_ = 0;
 };
@@ -114,7 +114,7 @@ void StepPlayer::take(const ReplayedTick& tick, const StrokeSettings& settings) 
   add_tick(summary, second ? settings.second->mode : settings.mode, result);
   if (std::holds_alternative<EndTick>(tick.recorded->what)) return;
   if (second) {
-    // Next to the first hand's, which came before.
+    // Stored next to the first hand's tick, which came before.
     if (!carving.trace.empty()) carving.trace.back().second = std::make_shared<ToolTick>(result);
     return;
   }
@@ -141,6 +141,7 @@ Result<Replay> replay_document(const Document& document, const ReplayOptions& op
     if (!to) return Error{to.error()};
     replay.to = to.value();
   }
+  if (Status rows = document.check_rows(replay.to); !rows) return Error{rows.error()};
   const Result<std::vector<StepId>> path = document.path_to(replay.to);
   if (!path) return Error{path.error()};
   const Result<std::string> text = document.stock();

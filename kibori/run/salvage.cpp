@@ -14,15 +14,15 @@ namespace kibori {
 
 namespace {
 
-// A whole step of the damaged document.
+// The data of an intact stroke of the damaged document.
 struct WholeStroke {
   StrokeSettings settings;
   Pose start;
-  std::vector<StrokeTick> ticks;
-  std::vector<Wrench> felt, given;
+  std::vector<RecordedTick> ticks;
+  std::vector<Wrench> computed, given;
 };
 
-// Reads a stroke, and plays it on the bench. Errors: it is not whole.
+// Reads a stroke and plays it on the bench. Errors: the stroke is damaged.
 Result<WholeStroke> read_stroke(const Document& document, StepId step, Workbench& bench) {
   WholeStroke whole;
   const Result<StrokeSettings> settings = document.settings(step);
@@ -38,23 +38,24 @@ Result<WholeStroke> read_stroke(const Document& document, StepId step, Workbench
     };
   };
   Status done = document.for_ticks(step, gather(whole.ticks));
-  if (done) done = document.for_forces(step, gather(whole.felt));
+  if (done) done = document.for_forces(step, gather(whole.computed));
   if (done) done = document.for_given(step, gather(whole.given));
   if (done) done = document.replay(step, bench, std::nullopt, {});
   if (!done) return Error{done.error()};
   const Step& was = document.steps().at(step);
-  if (was.finished && bench.bodies().content_hash() != was.hash)
+  if ((was.finished || was.hash != 0) && bench.bodies().content_hash() != was.hash)
     return Error{"it is not what it was"};
   return whole;
 }
 
-// `bodies_before`: how many there were before the stroke. What it severed is at the list's end.
+// `bodies_before` is the number of bodies before the stroke. The severed pieces are at the end of
+// the list.
 Status write_stroke(Document& into, const WholeStroke& stroke, const Step& was, Workbench& bench,
                     size_t bodies_before) {
   if (Status begun = into.begin(stroke.settings, stroke.start, was.label); !begun) return begun;
   const size_t count = stroke.ticks.size();
   for (size_t k = 0; k < count; k++)
-    into.add(stroke.ticks[k], stroke.felt.size() == count ? &stroke.felt[k] : nullptr,
+    into.add(stroke.ticks[k], stroke.computed.size() == count ? &stroke.computed[k] : nullptr,
              stroke.given.size() == count ? &stroke.given[k] : nullptr);
   std::vector<Portion> severed;
   for (size_t k = bodies_before; k < bench.bodies().all.size(); k++)
@@ -62,7 +63,7 @@ Status write_stroke(Document& into, const WholeStroke& stroke, const Step& was, 
   return into.finish(bench.model(), was.removed_mm3, severed);
 }
 
-// Copies a step, if it is whole. False: it is not. Errors: it can't be written.
+// Copies a step if it is intact. Returns false if it is not. Errors: it cannot be written.
 Result<bool> copy_step(const Document& document, StepId step, Document& into, Workbench& bench) {
   const Step& was = document.steps().at(step);
   if (was.action) {
@@ -85,12 +86,10 @@ Result<bool> copy_step(const Document& document, StepId step, Document& into, Wo
 }  // namespace
 
 Result<StepId> salvage(const Document& document, const std::filesystem::path& into) {
-  Result<StepId> end = document.last_whole();
-  if (!end) return end;
-  const Result<std::vector<StepId>> way = document.path_to(end.value());
-  if (!way) return Error{way.error()};
-  Result<std::unique_ptr<TriDexel>> model = document.load_at(way.value().front());
-  if (!model) return Error{model.error()};
+  const Result<std::vector<StepId>> path = document.path_to(document.head());
+  if (!path) return Error{path.error()};
+  Result<std::unique_ptr<TriDexel>> model = document.load_stock();
+  if (!model) return Error{model.error() + "; no step of it is whole"};
   const Result<std::string> stock = document.stock();
   const Result<Bytes> source = document.source();
   if (!stock) return Error{stock.error()};
@@ -99,16 +98,16 @@ Result<StepId> salvage(const Document& document, const std::filesystem::path& in
       Document::create(into, *model.value(), stock.value(), source.value());
   if (!made) return Error{made.error()};
   Workbench bench(*model.value());
-  StepId saved = way.value().front();
-  for (size_t i = 1; i < way.value().size(); i++) {
-    const Result<bool> copied = copy_step(document, way.value()[i], *made.value(), bench);
+  StepId saved = path.value().front();
+  for (size_t i = 1; i < path.value().size(); i++) {
+    const Result<bool> copied = copy_step(document, path.value()[i], *made.value(), bench);
     if (!copied) {
       made.value().reset();
       remove_document(into);
       return Error{copied.error()};
     }
-    if (!copied.value()) break;  // up to here
-    saved = way.value()[i];
+    if (!copied.value()) break;  // the rest is damaged
+    saved = path.value()[i];
   }
   if (const std::string where = settle(*made.value()); !where.empty()) return Error{where};
   return saved;

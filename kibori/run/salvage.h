@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Saves what is whole of a damaged document.
+// Saves the steps of a damaged document that can be carved again.
 #pragma once
 
 #include <filesystem>
@@ -9,8 +9,10 @@
 
 namespace kibori {
 
-// Carves what is whole on the way to a document's head again, as a new one, with forces and
-// versions; without pictures. Up to which step: the last whose stroke, and all before it, are
-// whole. Errors: the path; not even the stock is whole.
+// Carves the steps on the path to a document's head again, into a new document. It stops at the
+// first step that cannot be carved to its recorded state. Rows that do not match their seals are
+// used. It keeps forces and versions, but not pictures. Returns the last saved step. Errors: an
+// invalid path, or not even the stock is intact.
 Result<StepId> salvage(const Document& document, const std::filesystem::path& into);
+
 }  // namespace kibori

@@ -34,7 +34,7 @@ struct HandPath {
   std::vector<Leg> legs;
 
   double seconds() const { return legs.empty() ? 0 : legs.back().end_s; }
-  // To and fro.
+  // The pose at a time. The hand moves back and forth.
   Pose at(double t) const {
     const double all = seconds();
     if (!(all > 0)) return legs.front().from;
@@ -63,22 +63,24 @@ Result<HandPath> hand_path(const Scene& scene) {
       pose = ToolMotion{pose, travel, turn_rad}.at(1);
       time += seconds;
     };
-    if (!plan.value().way) {
+    if (!plan.value().path) {
       go(scene.moves[i].to_mm - pose.tip, plan.value().turn_rad, length);
       continue;
     }
-    const MoveWay& way = *plan.value().way;
-    for (size_t k = 0; k < way.places.size(); k++) {
-      const double share = (way.at_mm[k] - (k > 0 ? way.at_mm[k - 1] : 0)) / way.length_mm();
-      go(way.places[k].tip - pose.tip,
-         way.leads ? rotation_between(pose.frame, way.places[k].frame) : Vec3(Vec3::Zero()),
+    const MovePath& move_path = *plan.value().path;
+    for (size_t k = 0; k < move_path.places.size(); k++) {
+      const double share =
+          (move_path.at_mm[k] - (k > 0 ? move_path.at_mm[k - 1] : 0)) / move_path.length_mm();
+      go(move_path.places[k].tip - pose.tip,
+         move_path.leads ? rotation_between(pose.frame, move_path.places[k].frame)
+                         : Vec3(Vec3::Zero()),
          share * length);
     }
   }
   return path;
 }
 
-// Only wakes: what the machine itself is late by.
+// A thread that only wakes up. It measures the machine's own delay.
 class EmptyLoop {
  public:
   EmptyLoop(double rate_hz, bool wanted) {
@@ -119,7 +121,7 @@ nlohmann::json quantiles(const Histogram& h) {
           {"bins", std::move(bins)}};
 }
 
-// One bar an octave.
+// One bar per octave.
 void draw(std::string& text, const char* name, const Histogram& h) {
   char line[200];
   const auto us = [&](double share) { return static_cast<double>(h.quantile_ns(share)) / 1000; };
@@ -133,7 +135,7 @@ void draw(std::string& text, const char* name, const Histogram& h) {
   });
   for (size_t i = 0; i < octaves.size(); i++) {
     if (octaves[i] == 0) continue;
-    // Logarithmic, so that the rare ones show.
+    // Logarithmic, so that rare values are visible.
     const auto stars = static_cast<int>(4 * std::log10(static_cast<double>(octaves[i])) + 1);
     std::snprintf(line, sizeof line, "  below %10.1f us %10llu  %.*s\n",
                   std::ldexp(1.0, static_cast<int>(i)) / 1000,
@@ -163,7 +165,7 @@ Scene servo_scene() {
   Move start;
   start.to_mm = Vec3(5, 5, 31);
   scene.moves = {start};
-  // Rows 1.5 mm apart, a little deeper each time.
+  // Rows 1.5 mm apart, each slightly deeper.
   for (int row = 0; row <= 26; row++)
     for (const bool back : {false, true}) {
       Move move;
@@ -176,7 +178,7 @@ Scene servo_scene() {
 
 namespace {
 
-// What a servo run leaves out of a scene must not be missing without a word.
+// A servo run does not support all parts of a scene. It must report them instead of ignoring them.
 Status check_scene(const Scene& scene) {
   const char* unknown = nullptr;
   if (!scene.no_go.empty()) unknown = "[[no_go]]";
@@ -188,7 +190,8 @@ Status check_scene(const Scene& scene) {
                "; take it out of the scene, or run the scene by 'kibori carve'"};
 }
 
-// A hand that goes to and fro along the scene's moves. `centre`: where its device's origin is.
+// A hand that moves back and forth along the scene's moves. `centre` is the place of its device's
+// origin.
 Result<std::unique_ptr<Device>> virtual_hand(const Scene& scene, double rate_hz,
                                              const Vec3& centre) {
   Result<HandPath> path = hand_path(scene);
@@ -201,13 +204,13 @@ Result<std::unique_ptr<Device>> virtual_hand(const Scene& scene, double rate_hz,
       }));
 }
 
-// The device, wrapped so that its readings are kept; `recording` is the wrapper.
+// Wraps the device so that its readings are recorded. `recording` is the wrapper.
 Result<std::unique_ptr<Device>> recorded_device(std::unique_ptr<Device> device,
                                                 const ServoRunOptions& options,
                                                 RecordingDevice*& recording) {
   if (const Status writable = check_writable(options.record); !writable)
     return Error{writable.error()};
-  // A run that is told to stop may stop a little late.
+  // A run may stop slightly after its time.
   auto wrapped = std::make_unique<RecordingDevice>(
       std::move(device), 1 / options.rate_hz,
       static_cast<size_t>((options.seconds + 1) * options.rate_hz) + 1);
@@ -215,7 +218,7 @@ Result<std::unique_ptr<Device>> recorded_device(std::unique_ptr<Device> device,
   return std::unique_ptr<Device>(std::move(wrapped));
 }
 
-// The scene's first tool and the first move that is not off.
+// The settings for the scene's first tool and its first move that is not `off`.
 LiveSettings live_settings(const Scene& scene, const ServoRunOptions& options,
                            const Lattice& lattice, const DeviceCapabilities& device) {
   LiveSettings settings;
@@ -236,11 +239,12 @@ LiveSettings live_settings(const Scene& scene, const ServoRunOptions& options,
   settings.spring.stiffness_n_mm = options.stiffness_n_mm.value_or(
       scene.force.series() ? scene.force.spring.stiffness_n_mm : device.stiffness_n_mm);
   settings.log = !options.document.empty();
-  settings.watched = static_cast<bool>(options.told);
+  settings.watched = static_cast<bool>(options.on_ticks);
   return settings;
 }
 
-// Follows a running servo until its time is over: ticks to the caller, snapshots to the surface.
+// Follows a running servo until its time is over. It passes ticks to the caller and snapshots to
+// the surface.
 class ServoWatch {
  public:
   ServoWatch(LiveCarving& live, const ServoRunOptions& options) : live_(live), options_(options) {
@@ -267,12 +271,12 @@ class ServoWatch {
   }
 
   void report_ticks() {
-    if (!options_.told) return;
+    if (!options_.on_ticks) return;
     ticks_.clear();
     do ticks_.emplace_back();
     while (live_.next_tick(ticks_.back()));
     ticks_.pop_back();
-    if (!ticks_.empty()) options_.told(ticks_);
+    if (!ticks_.empty()) options_.on_ticks(ticks_);
   }
 
  private:
@@ -282,13 +286,13 @@ class ServoWatch {
   std::vector<LiveTick> ticks_;
 };
 
-// Writes what is left, and why the document holds only the beginning.
+// Writes the rest. Returns why the document holds only the beginning.
 std::string finish_document(DocumentWriter& writer, const std::vector<Material>& materials) {
   writer.stop();
   Document& written = writer.document();
-  // A picture that can't be drawn is no loss.
-  if (const Bodies* const bodies = written.worked_on())
-    static_cast<void>(keep_thumbnail(written, written.head(), Bodies(*bodies), materials, 1));
+  // A failed thumbnail is no error.
+  if (const BodyList* const bodies = written.worked_on())
+    static_cast<void>(keep_thumbnail(written, written.head(), BodyList(*bodies), materials, 1));
   return writer.settled();
 }
 
@@ -323,7 +327,7 @@ Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> given,
 
   auto made = LiveCarving::make(std::move(stock).value(), std::move(device).value(), settings);
   if (!made) {
-    // Nothing is left of a run that did not begin.
+    // A run that did not start leaves no file.
     if (std::exchange(document, nullptr)) remove_document(options.document);
     return Error{made.error()};
   }
@@ -370,7 +374,7 @@ std::string servo_report_text(const ServoReport& r) {
   if (r.empty_late_ns.count() > 0) draw(text, "empty loop", r.empty_late_ns);
   std::snprintf(line, sizeof line,
                 "carved     %.4g mm3 removed, largest force %.3g N computed, %.3g N given\n"
-                "surface    %llu snapshots, %llu chunks made anew\n",
+                "surface    %llu snapshots, %llu chunks rebuilt\n",
                 r.totals.removed_mm3, r.totals.max_computed_n, r.totals.max_given_n,
                 static_cast<unsigned long long>(r.snapshots),
                 static_cast<unsigned long long>(r.surface_chunks));

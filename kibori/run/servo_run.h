@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Runs the servo loop for a while with a simulated hand (or a real device) and says how it kept
-// time.
+// Runs the servo loop for some time with a simulated hand or a real device, and reports its timing.
 #pragma once
 
 #include <filesystem>
@@ -17,25 +16,28 @@
 
 namespace kibori {
 
+// Options of run_servo().
 struct ServoRunOptions {
   double seconds = 10;
   double rate_hz = 1000;
-  std::optional<ForceModel> model;       // else the scene's
-  std::optional<double> stiffness_n_mm;  // else the device's
-  bool surface = true;                   // a second thread follows with the surface
-  // A thread that only wakes, to tell the machine's jitter from ours.
+  std::optional<ForceModel> model;       // default: the scene's
+  std::optional<double> stiffness_n_mm;  // default: the device's
+  bool surface = true;                   // a second thread updates the surface
+  // Runs a thread that only wakes up, to separate the machine's jitter from that of the servo.
   bool empty_loop = true;
-  std::filesystem::path record;    // keep the device's readings here, for replay:FILE
-  std::filesystem::path document;  // keep what is carved here
-  bool keep_forces = false;        // and what was felt
-  // What is carved, before the first tick; and every tick, some at a time, while others are made.
+  std::filesystem::path record;    // store the device's readings here, for replay:FILE
+  std::filesystem::path document;  // store what is carved here
+  bool keep_forces = false;        // and the forces
+  // `begins` is called with the lattice before the first tick. `on_ticks` gets every tick, in
+  // batches, during the run.
   std::function<void(const std::string& device, const Lattice& lattice)> begins;
-  std::function<void(const std::vector<LiveTick>& ticks)> told;
+  std::function<void(const std::vector<LiveTick>& ticks)> on_ticks;
   std::function<void(double share)> progress;
-  // Asked now and then; true ends the run as if the time were over.
+  // Called now and then. If it returns true, the run ends as if its time were over.
   std::function<bool()> cancelled;
 };
 
+// Result of run_servo(): timing, totals and faults.
 struct ServoReport {
   std::string device, scheduling;
   double rate_hz = 0;
@@ -43,25 +45,28 @@ struct ServoReport {
   Histogram empty_late_ns;
   LiveTotals totals;
   Trip trip = Trip::none;
-  double min_energy_mj = 0;  // what the program gave back beyond what it got, at worst
+  // minimum of the hand's energy balance; below 0: the program gave back more than it received
+  double min_energy_mj = 0;
   uint64_t snapshots = 0, surface_chunks = 0;
-  uint64_t left_out = 0;  // ticks that the recording had no room for
-  // What the device says is wrong; empty: nothing.
+  uint64_t left_out = 0;  // ticks that did not fit into the recording
+  // The device's error message; empty if there is none.
   std::string complaint;
-  // Why the document holds only the beginning, and where the rest is; empty: all is there.
+  // Why the document holds only the beginning, and where the rest is. Empty if the document is
+  // complete.
   std::string unsaved;
 };
 
-// Carves the scene's stock (or fills, or only touches, as its first move that is not off) with its
-// first tool; the virtual device's hand goes to and fro along the scene's moves. device: null for
-// the virtual one. Errors: those of make_stock, plan_move and LiveCarving::make, or a recording
-// that can't be written.
+// Runs the scene's first tool on its stock, in the mode of the scene's first move that is not
+// `off`. The virtual device's hand moves back and forth along the scene's moves. A null `device`
+// selects the virtual one. Errors: those of make_stock, plan_move and LiveCarving::make, or a
+// recording that cannot be written.
 Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device,
                               const ServoRunOptions& options);
 
-// The scene that is run where none is given: a ball that scrapes to and fro over a block of oak.
+// The default scene: a ball that scrapes back and forth over a block of oak.
 Scene servo_scene();
 
+// The report for people, and as JSON.
 std::string servo_report_text(const ServoReport& report);
 std::string servo_report_json(const ServoReport& report);
 

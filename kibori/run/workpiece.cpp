@@ -19,7 +19,7 @@ constexpr const char* kFailed = "the stroke failed; cancel it";
 
 // A stroke in progress.
 struct Workpiece::Stroke {
-  Stroke(TriDexel& model, Step begun)
+  Stroke(TriDexel& model, HistoryStep begun)
       : step(std::move(begun)),
         player(model, step.start, step.settings.force.spring),
         before(model.snapshot()),
@@ -27,13 +27,13 @@ struct Workpiece::Stroke {
     player.set_grain(grain.get());
   }
 
-  Step step;
+  HistoryStep step;
   StrokePlayer player;
   Snapshot before;
   std::shared_ptr<const Grain> grain;
 };
 
-Workpiece::Workpiece(std::unique_ptr<TriDexel> model, Bodies bodies, BodyId active,
+Workpiece::Workpiece(std::unique_ptr<TriDexel> model, BodyList bodies, BodyId active,
                      std::vector<Material> materials)
     : model_(std::move(model)),
       bench_(*model_, std::move(bodies), active),
@@ -46,6 +46,7 @@ Workpiece::~Workpiece() = default;
 
 Result<std::unique_ptr<Workpiece>> Workpiece::make(const Stock& stock,
                                                    std::vector<Material> materials, int threads) {
+  share_log(materials, stock.material);
   Scene scene;
   scene.file = "the stock";
   scene.stock = stock;
@@ -62,8 +63,7 @@ Result<std::unique_ptr<Workpiece>> Workpiece::make(const Stock& stock,
 Result<std::unique_ptr<Workpiece>> Workpiece::of(std::unique_ptr<TriDexel> model,
                                                  std::vector<Material> materials) {
   if (materials.empty()) return Error{"a piece is of one material at least"};
-  model->reserve(1024);
-  Bodies bodies = Bodies::of(*model);
+  BodyList bodies = BodyList::of(*model);
   return std::unique_ptr<Workpiece>(
       new Workpiece(std::move(model), std::move(bodies), 1, std::move(materials)));
 }
@@ -111,7 +111,7 @@ Status Workpiece::begin(StrokeSettings settings, const Pose& start, const std::s
   settings.body = bench_.active();
   if (!may_sever(settings.mode)) settings.crumbs = Crumbs::stay;
   settings.force.spring.tick_s = 1 / settings.rate_hz;
-  Step step;
+  HistoryStep step;
   step.began = bench_.active();
   step.label = label;
   step.settings = std::move(settings);
@@ -136,7 +136,7 @@ const Pose& Workpiece::tool_pose() const {
 Result<ToolTick> Workpiece::advance(const Pose& to) {
   if (!stroke_) return Error{"there is no stroke; begin one"};
   StrokePlayer& player = stroke_->player;
-  Step& step = stroke_->step;
+  HistoryStep& step = stroke_->step;
   if (player.failed()) return Error{kFailed};
   if (!to.tip.allFinite() || !to.frame.allFinite())
     return Error{"the tool can't go to a place that is no number"};
@@ -151,10 +151,10 @@ Result<ToolTick> Workpiece::advance(const Pose& to) {
 Result<CrumbResult> Workpiece::end(ToolTick* last) {
   if (!stroke_) return Error{"there is no stroke; begin one"};
   StrokePlayer& player = stroke_->player;
-  Step& step = stroke_->step;
+  HistoryStep& step = stroke_->step;
   if (player.failed()) return Error{kFailed};
   ToolTick own;
-  const Result<std::optional<StrokeTick>> ended = player.end(own);
+  const Result<std::optional<RecordedTick>> ended = player.end(own);
   if (!ended) return Error{ended.error()};
   if (ended.value()) step.ticks.push_back(*ended.value());
   step.removed_mm3 += own.removed_mm3;
@@ -167,7 +167,7 @@ Result<CrumbResult> Workpiece::end(ToolTick* last) {
   if (rule != Crumbs::stay) crumbs = bench_.end_stroke(stroke_->before, rule);
   step.removed_mm3 += crumbs.fallen_mm3;
   step.severed = crumbs.portions;
-  Step whole = std::move(step);
+  HistoryStep whole = std::move(step);
   stroke_.reset();
   keep(std::move(whole));
   return crumbs;
@@ -179,7 +179,7 @@ void Workpiece::cancel() {
   stroke_.reset();
 }
 
-void Workpiece::keep(Step step) {
+void Workpiece::keep(HistoryStep step) {
   steps_.resize(done_);
   step.after = bench_.bodies();
   step.active = bench_.active();
@@ -189,7 +189,7 @@ void Workpiece::keep(Step step) {
 
 Result<BodyChange> Workpiece::act(const BodyAction& action) {
   if (Status free = no_stroke(); !free) return Error{free.error()};
-  Step step;
+  HistoryStep step;
   step.began = bench_.active();
   Result<BodyChange> done = bench_.act(action, threads_);
   if (!done) return done;
@@ -198,7 +198,7 @@ Result<BodyChange> Workpiece::act(const BodyAction& action) {
   return done;
 }
 
-void Workpiece::stand_at(size_t done, BodyId active) {
+void Workpiece::set_done(size_t done, BodyId active) {
   done_ = done;
   bench_.set(done == 0 ? first_ : steps_[done - 1].after, active);
 }
@@ -206,14 +206,14 @@ void Workpiece::stand_at(size_t done, BodyId active) {
 Status Workpiece::undo() {
   if (Status free = no_stroke(); !free) return free;
   if (done_ == 0) return Error{"there is nothing to undo"};
-  stand_at(done_ - 1, steps_[done_ - 1].began);
+  set_done(done_ - 1, steps_[done_ - 1].began);
   return Ok{};
 }
 
 Status Workpiece::redo() {
   if (Status free = no_stroke(); !free) return free;
   if (done_ == steps_.size()) return Error{"there is nothing to redo"};
-  stand_at(done_ + 1, steps_[done_].active);
+  set_done(done_ + 1, steps_[done_].active);
   return Ok{};
 }
 
@@ -224,13 +224,14 @@ Status Workpiece::save(const std::filesystem::path& path, bool overwrite) {
   if (std::filesystem::exists(path, unknown)) {
     if (!overwrite)
       return Error{path.string() + ": is there already; choose another name, or overwrite it"};
-    // Nobody else writes it, and its log is put away: it would be taken for the new one's.
+    // Ensures that nobody else writes the file and that its log is removed. Otherwise SQLite would
+    // use the log for the new file.
     if (const auto there = Document::open(path, Document::Access::write); !there)
       return Error{there.error()};
   }
   const Result<std::shared_ptr<TemporaryFolder>> folder = TemporaryFolder::make();
   if (!folder) return Error{folder.error()};
-  // Whole beside it, then in its place.
+  // Written completely to another place first, then moved.
   const std::filesystem::path made = folder.value()->path() / "workpiece.kibori";
   if (Status written = opened_.empty() ? write(made) : write_after_opened(made); !written)
     return written;
@@ -241,14 +242,14 @@ Status Workpiece::save(const std::filesystem::path& path, bool overwrite) {
   return file.commit();
 }
 
-Status Workpiece::record(Document& document, const Step& step) const {
+Status Workpiece::record(Document& document, const HistoryStep& step) const {
   if (step.action) {
     const Result<BodyChange> acted = document.act(*step.action, threads_);
     return acted ? Status(Ok{}) : Status(Error{acted.error()});
   }
   if (Status chosen = document.choose(step.settings.body); !chosen) return chosen;
   if (Status begun = document.begin(step.settings, step.start, step.label); !begun) return begun;
-  for (const StrokeTick& tick : step.ticks) document.add(tick);
+  for (const RecordedTick& tick : step.ticks) document.add(tick);
   return Ok{};
 }
 
@@ -269,7 +270,7 @@ Status Workpiece::write(const std::filesystem::path& path) const {
   if (!made) return Error{made.error()};
   Document& document = *made.value();
   for (size_t i = 0; i < done_; i++) {
-    const Step& step = steps_[i];
+    const HistoryStep& step = steps_[i];
     if (Status recorded = record(document, step); !recorded) return recorded;
     if (step.action) continue;
     const Body& after = *step.after.find(step.settings.body);
@@ -281,7 +282,7 @@ Status Workpiece::write(const std::filesystem::path& path) const {
   return settled(document);
 }
 
-// The strokes are carved again, on the document's own model: the same bytes.
+// Carves the strokes again on the document's own model, with the same bytes as result.
 Status Workpiece::write_after_opened(const std::filesystem::path& path) const {
   {
     Result<std::unique_ptr<Document>> from = Document::open(opened_, Document::Access::read);
@@ -297,7 +298,7 @@ Status Workpiece::write_after_opened(const std::filesystem::path& path) const {
     return Error{opened_.string() + ": is not what it was when it was opened"};
   Workbench bench(*model.value());
   for (size_t i = 0; i < done_; i++) {
-    const Step& step = steps_[i];
+    const HistoryStep& step = steps_[i];
     if (Status recorded = record(document, step); !recorded) return recorded;
     if (step.action) continue;
     if (Status flushed = document.flush(); !flushed) return flushed;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A workpiece as a script works on it: bodies in memory, strokes tool pose by tool pose, back and
-// forth, and all of it as a document when that is asked for.
+// A workpiece for scripts: bodies in memory, strokes given pose by pose, undo and redo. It can be
+// saved as a document.
 #pragma once
 
 #include <filesystem>
@@ -21,80 +21,81 @@ namespace kibori {
 
 class Workpiece {
  public:
-  // Makes the stock. Errors: those of make_stock; no materials.
+  // Makes the stock. Errors: those of make_stock, or an empty list of materials.
   static Result<std::unique_ptr<Workpiece>> make(const Stock& stock,
                                                  std::vector<Material> materials, int threads);
-  // A model that came otherwise. Its documents do not say how it was made, so they can't be carved
-  // at another pitch.
+  // A workpiece from an existing model. Its documents do not describe how the model was made, so
+  // they cannot be carved at another pitch.
   static Result<std::unique_ptr<Workpiece>> of(std::unique_ptr<TriDexel> model,
                                                std::vector<Material> materials);
-  // What a document has at its head; the document itself stays as it is. Errors: as of
+  // The state of a document at its head. The document itself does not change. Errors: see
   // model_at_head.
   static Result<std::unique_ptr<Workpiece>> open(const std::filesystem::path& document);
   ~Workpiece();
 
-  const Bodies& bodies() { return bench_.bodies(); }
+  const BodyList& bodies() { return bench_.bodies(); }
   BodyId active() const { return bench_.active(); }
-  // Strokes work on that body from then on. Errors: no such body; a stroke is under way.
+  // Later strokes act on this body. Errors: no such body, or a stroke is in progress.
   Status activate(BodyId body);
   const TriDexel& model() const { return *model_; }
-  // What strokes are of; more may be put at its end.
+  // The materials of strokes. The caller may append more.
   std::vector<Material>& materials() { return materials_; }
   void set_threads(int threads) { threads_ = threads; }
 
-  // A stroke of the active body, with the tool at `start`. Of `settings`, body and materials are
-  // the piece's own. Errors: a stroke is under way already, a body that is locked or no-go, what
-  // check_tool, check_symmetry and check_brush_of refuse.
+  // Begins a stroke on the active body, with the tool at `start`. Body and materials of `settings`
+  // are replaced by the workpiece's own. Errors: a stroke is in progress, the body is locked or
+  // protected, or check_tool, check_symmetry or check_brush_of reject the settings.
   Status begin(StrokeSettings settings, const Pose& start, const std::string& label = {});
-  // The tool goes there; with the force model `series`, the hand does. What came of it. Errors:
-  // there is no stroke; those of DirectTool and SpringTool, after which the stroke goes on from
-  // where it was; those of ReshapeStroke, after which it can only be cancelled.
+  // Moves the tool to `to`; with the force model `series`, moves the hand there. Returns the result
+  // of the tick. Errors: no stroke is in progress. After errors of DirectTool and SpringTool, the
+  // stroke continues from its last pose. After errors of ReshapeStroke, it can only be cancelled.
   Result<ToolTick> advance(const Pose& to);
-  // The stroke is over, and is one step of the history. `last`: the last tick, to which is added
-  // what a reshaping mode does at its end; may be null. What it severed.
+  // Ends the stroke, which becomes one step of the history. `last` is the last tick. A reshaping
+  // mode adds its final work to it. It may be null. Returns the severed pieces.
   Result<CrumbResult> end(ToolTick* last = nullptr);
-  // The stroke is as if it had not been.
+  // Discards the stroke.
   void cancel();
   bool in_stroke() const { return stroke_ != nullptr; }
-  // Where the tool is in a stroke.
+  // The tool's pose in a stroke.
   const Pose& tool_pose() const;
 
-  // What is done with bodies is a step, too. Errors: as of apply(); a stroke is under way.
+  // Applies an action on bodies as a step. Errors: see apply(); a stroke is in progress.
   Result<BodyChange> act(const BodyAction& action);
 
-  // One step back or forth. Errors: there is none; a stroke is under way.
+  // Moves one step back or forward. Errors: there is none, or a stroke is in progress.
   Status undo();
   Status redo();
-  // Steps since the piece was made or opened: all, and those that are done.
+  // Number of steps since the workpiece was made or opened: all, and those that are not undone.
   size_t steps() const { return steps_.size(); }
   size_t done() const { return done_; }
 
-  // The stock, or the document that was opened, and all steps that are done, as a new document.
-  // Errors: a file that is there already, unless `overwrite`, and it is a document that nobody
-  // writes; those of writing it. Nothing is half written.
+  // Saves the stock or the opened document, and all steps that are not undone, as a new document.
+  // Errors: an existing file, unless `overwrite` is set and the file is a document that nobody
+  // writes; errors of writing. An error leaves no partial file.
   Status save(const std::filesystem::path& path, bool overwrite);
 
  private:
   struct Stroke;
-  // What was done, and what stood there then.
-  struct Step {
+  // One step, and the bodies after it.
+  struct HistoryStep {
     std::string label;
     StrokeSettings settings;
     Pose start;
-    std::vector<StrokeTick> ticks;
+    std::vector<RecordedTick> ticks;
     double removed_mm3 = 0;
     std::vector<Portion> severed;
     std::optional<BodyAction> action;  // instead of a stroke
-    Bodies after;
-    BodyId began = 1, active = 1;  // the body that was worked on before, and after
+    BodyList after;
+    BodyId began = 1, active = 1;  // the active body before, and after
   };
 
-  Workpiece(std::unique_ptr<TriDexel> model, Bodies bodies, BodyId active,
+  Workpiece(std::unique_ptr<TriDexel> model, BodyList bodies, BodyId active,
             std::vector<Material> materials);
-  void keep(Step step);
-  void stand_at(size_t done, BodyId active);
-  // Into the document: what was done with bodies, done; a stroke, begun and with its ticks.
-  Status record(Document& document, const Step& step) const;
+  void keep(HistoryStep step);
+  void set_done(size_t done, BodyId active);
+  // Adds a step to a document. An action is complete. A stroke is begun and has its ticks, but is
+  // not finished.
+  Status record(Document& document, const HistoryStep& step) const;
   Status write(const std::filesystem::path& path) const;
   Status write_after_opened(const std::filesystem::path& path) const;
   Status no_stroke() const;
@@ -103,13 +104,13 @@ class Workpiece {
   Workbench bench_;
   std::vector<Material> materials_;
   int threads_ = 1;
-  Bodies first_;  // before any step
+  BodyList first_;  // before any step
   std::vector<Material> first_materials_;
   std::optional<Scene> scene_;  // how the stock was made
-  // Or the document that it came from, as it was then, in a folder of its own.
+  // Or a copy of the opened document at that time, in its own temporary folder.
   std::filesystem::path opened_;
   std::shared_ptr<TemporaryFolder> folder_;
-  std::vector<Step> steps_;
+  std::vector<HistoryStep> steps_;
   size_t done_ = 0;
   std::unique_ptr<Stroke> stroke_;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a scene does with bodies: crumbs, [[cutter]], [[spline]] and [[no_go]].
+// Reads what a scene does with bodies: crumbs, [[cutter]], [[spline]] and [[no_go]].
 #include <kibori/scene/scene_reader.h>
 
 namespace kibori {
@@ -13,15 +13,16 @@ void read_no_go(SceneReader& reader, const TableReader& t) {
   if (t.failed()) return;
   if (t.has("way")) {
     for (const char* key : {"place", "axis", "roll_deg"})
-      if (t.has(key)) t.fail(key, t.full(std::string("has ") + key) + " or a way, not both");
-    made.way_mm = t.places("way");
+      if (t.has(key)) t.fail(key, t.full(key) + " and way exclude each other; give one of them");
+    made.path_mm = t.places("way");
   } else {
     made.pose.tip = t.vector("place");
   }
   made.pose.frame = read_frame(t);
   if (t.failed()) return;
   if (t.has("name")) made.name = t.text("name");
-  if (made.name.size() > 100) t.fail("name", "[no_go] name has at most 100 bytes");
+  if (made.name.size() > 100)
+    t.fail("name", "[no_go] name may have at most 100 bytes; use a shorter one");
   for (const Move& move : reader.scene.moves)
     if (const Status fine = check_modes(move.mode, std::nullopt, true); !fine)
       return t.fail(move.line, "[move] " + fine.error());
@@ -36,7 +37,7 @@ void read_spline_shape(const TableReader& t, SplineShape& shape) {
   const auto only_of = [&](SplineKind kind, std::initializer_list<const char*> keys) {
     for (const char* key : keys)
       if (shape.kind != kind && t.has(key))
-        t.fail(key, t.full(key) + " is of kind = \"" + std::string(name_of(kind)) + "\"");
+        t.fail(key, t.full(key) + " needs kind = \"" + std::string(name_of(kind)) + "\"");
   };
   only_of(SplineKind::extrude, {"direction", "length"});
   only_of(SplineKind::revolve, {"axis_point", "axis"});
@@ -70,7 +71,7 @@ void read_cutter_shape(const TableReader& t, Cutter& cutter) {
   if (t.has("curve")) {
     CutCurve& cut = cutter.shape.emplace<CutCurve>();
     for (const char* key : {"point", "normal"})
-      if (t.has(key)) t.fail(key, std::string("[cutter] has a curve, so no ") + key);
+      if (t.has(key)) t.fail(key, t.full(key) + " and curve exclude each other; give one of them");
     cut.curve_mm = t.places("curve");
     if (t.has("along")) cut.along = t.vector("along");
     cut.closed = t.flag_or("closed", false);
@@ -78,7 +79,7 @@ void read_cutter_shape(const TableReader& t, Cutter& cutter) {
   } else {
     cutter.shape = CutPlane{t.vector("point"), t.vector("normal")};
   }
-  t.at_least_zero("kerf", cutter.kerf_mm);
+  t.not_negative("kerf", cutter.kerf_mm);
 }
 
 void read_cutter(SceneReader& reader, const TableReader& t) {
@@ -95,7 +96,7 @@ void read_cutter(SceneReader& reader, const TableReader& t) {
     made.feed = feed.normalized();
     made.speed_mm_s = t.positive("speed");
   } else if (t.has("speed")) {
-    t.fail("speed", "[cutter] speed is of its feed; say which way it goes: feed = [x, y, z]");
+    t.fail("speed", "[cutter] speed needs a direction: feed = [x, y, z]");
   }
   if (t.failed()) return;
   if (const Status fits = check_cutter(made.cutter); !fits)
@@ -111,7 +112,7 @@ void read_bodies(SceneReader& reader, const TableReader& root) {
                   [&](const TableReader& t) { read_cutter(reader, t); });
   root.for_tables("spline", "splines are written as [[spline]]",
                   [&](const TableReader& t) { read_spline(reader, t); });
-  root.for_tables("no_go", "what no move may cut is written as [[no_go]]",
+  root.for_tables("no_go", "protected regions are written as [[no_go]]",
                   [&](const TableReader& t) { read_no_go(reader, t); });
 }
 

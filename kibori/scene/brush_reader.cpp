@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The brush of a move that reshapes.
+// Reads the brush of a move that reshapes.
 #include <kibori/scene/scene_reader.h>
 
 #include <kibori/motion/reshape_stroke.h>
@@ -7,7 +7,7 @@
 namespace kibori {
 namespace {
 
-// Which plane a brush flattens to.
+// Reads the plane that a brush flattens to.
 void read_plane(const TableReader& t, Brush& brush) {
   const toml::node* const node = t.find("plane");
   if (!node) return;
@@ -34,11 +34,11 @@ void read_brush(SceneReader& reader, const TableReader& move, Move& of) {
   if (move.has("brush") && !given) return;
   const TableReader t = given.value_or(TableReader(move.error(), kNone, "brush"));
   Brush& brush = of.brush;
-  // `plane` says which plane, too.
+  // `plane` also gives flatten_to.
   std::vector<std::string> keys = TableReader::keys_of<Brush>();
   std::erase(keys, "flatten_to");
   t.only(keys);
-  // A strength that was never written is what the mode's own is.
+  // If no move has set a strength, the mode's default is used.
   reader.brush_has_strength |= t.has("strength");
   if (!reader.brush_has_strength) brush.strength = default_strength(of.mode);
   t.fields(brush);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// [force] and [[material]] of a scene.
+// Reads [force] and [[material]] of a scene.
 #include <kibori/scene/scene_reader.h>
 
 #include <kibori/motion/spring_tool.h>
@@ -7,7 +7,7 @@
 namespace kibori {
 namespace {
 
-// Whether a force for each point is given, [force] or a material, which only `paper` has.
+// True if [force] or a material gives kf, the force per point, which only model `paper` uses.
 bool gives_kf(const TableReader& root) {
   const auto has_kf = [](const toml::node* node) {
     return node && node->is_table() && node->as_table()->contains("kf");
@@ -22,21 +22,24 @@ bool gives_kf(const TableReader& root) {
 void read_spring(const TableReader& force, SeriesSpring& spring) {
   if (force.has("strength")) force.positive("strength");
   force.fields(spring);
-  // A hand that is only strong is as stiff as a pointer's, unless the scene says otherwise.
+  // If only a strength is given, the stiffness follows from it, as for a pointer.
   if (force.has("strength") && !force.has("stiffness"))
     spring.stiffness_n_mm = spring.strength_n / kHandGiveMm;
 }
 
 void read_material(SceneReader& reader, const TableReader& t) {
   t.only(TableReader::keys_of<Material>());
+  if (t.has("log")) t.fail("log", "log belongs to [stock]: all materials of a stock share it");
   Material material = reader.default_material(t.text("name"));
   for (const Material& other : reader.scene.materials)
     if (other.name == material.name) t.fail("material \"" + material.name + "\" is defined twice");
-  // A u that is given alone is that of all directions and places.
-  if (t.has("u")) material.u_along = material.ring = 0;
+  if (t.has("u") && t.has("k"))
+    t.fail("k", t.full("k and u both set the cutting force; give one of them"));
+  // Each defines the whole law, so the built-in material's values are not used.
+  if (t.has("u") || t.has("k")) set_isotropic(material, 0);
   t.fields(material);
-  if (material.ring > kMaxRing)
-    t.fail("ring", t.full("ring must not exceed 5: early wood would not resist at all"));
+  if (t.has("k")) material.u = mean_cutting_energy(material);
+  if (const char* fault = fault_of(material)) t.fail(t.full(fault));
   reader.add_material(t.line(), material);
 }
 
@@ -46,17 +49,18 @@ void read_force(SceneReader& reader, const TableReader& root) {
   auto& [law, spring] = reader.scene.force;
   law.model = gives_kf(root) ? ForceModel::paper : ForceModel::energy;
   const std::optional<TableReader> force = root.section("force", false);
+  if (law.model == ForceModel::energy) law.thrust = kSharpThrust;
   if (!force) return;
   const std::vector<std::string> of_spring = TableReader::keys_of<SeriesSpring>();
   std::vector<std::string> keys{"model", "kf", "u", "dof"};
   keys.insert(keys.end(), of_spring.begin(), of_spring.end());
-  keys.emplace_back("powered");
+  keys.insert(keys.end(), {"powered", "thrust"});
   force->only(keys);
   force->choice("model", law.model, R"("paper", "energy" or "series")");
   const bool series = reader.scene.force.series();
   for (const std::string& key : of_spring)
     if (force->has(key) && !series)
-      force->fail(key, force->full(key) + " is of model = \"series\"");
+      force->fail(key, force->full(key) + " needs model = \"series\"");
   if (series) read_spring(*force, spring);
   if (const toml::node* powered = force->find("powered")) {
     const bool press = powered->value<std::string>() == "press";
@@ -65,8 +69,16 @@ void read_force(SceneReader& reader, const TableReader& root) {
     if (press || powered->value_or(false))
       law.hand_share = spring.hand_share = press ? kPressShare : kPoweredShare;
   }
-  if (force->has("kf")) force->at_least_zero("kf", reader.kf.emplace());
-  if (force->has("u")) force->at_least_zero("u", reader.u.emplace());
+  if (force->has("kf")) force->not_negative("kf", reader.kf.emplace());
+  if (force->has("u")) force->not_negative("u", reader.u.emplace());
+  law.thrust = law.model == ForceModel::energy ? kSharpThrust : 0;
+  if (force->has("thrust")) {
+    if (law.model != ForceModel::energy)
+      force->fail("thrust", force->full("thrust") + " needs model = \"energy\"");
+    force->not_negative("thrust", law.thrust);
+    if (law.thrust > kMaxThrust)
+      force->fail("thrust", force->full("thrust") + " must not exceed 3");
+  }
   const double dof = force->number_or("dof", 5);
   if (dof != 5 && dof != 6) force->fail("dof", "[force] dof must be 5 or 6");
   law.dof = dof == 6 ? 6 : 5;

@@ -21,10 +21,10 @@
 namespace kibori {
 namespace {
 
-// Of the height: how far a chord may be from its curve, where nothing is said.
+// Default maximum distance between a chord and its curve, as a share of the height.
 constexpr double kFlat = 1.0 / 1000;
 constexpr double kMinMm = 0.1, kMaxMm = 1000;
-// Of the height of a capital H, where a font has none: how high its letters are, of an em.
+// Height of a capital H as a share of an em, for fonts that do not give it.
 constexpr double kCapital = 0.7;
 constexpr size_t kMaxPoints = 200'000;
 
@@ -42,14 +42,14 @@ using Library = std::unique_ptr<FT_LibraryRec_, Destroy<FT_LibraryRec_, FT_Done_
 using Face = std::unique_ptr<FT_FaceRec_, Destroy<FT_FaceRec_, FT_Done_Face>>;
 using Tessellator = std::unique_ptr<GLUtesselator, Destroy<GLUtesselator, gluDeleteTess>>;
 
-// ---- Where a font is
+// ---- Finding a font
 
 struct FontFile {
   std::string path;
   int index = 0;
 };
 
-// All names of a font's family, in every language it is named in.
+// All names of a font's family, in all languages.
 std::vector<std::string> families_of(const FcPattern* pattern) {
   std::vector<std::string> names;
   FcChar8* name = nullptr;
@@ -67,7 +67,7 @@ Result<FontFile> find_font(const std::string& font) {
   std::error_code ignored;
   if (font.find('/') != std::string::npos) {
     if (std::filesystem::is_regular_file(font, ignored)) return FontFile{font, 0};
-    return Error{"there is no font file " + font};
+    return Error{font + ": no such font file; give the path of a font, or a family"};
   }
   const Pattern wanted(FcNameParse(reinterpret_cast<const FcChar8*>(font.c_str())));
   if (!wanted || families_of(wanted.get()).empty())
@@ -78,7 +78,7 @@ Result<FontFile> find_font(const std::string& font) {
   FcResult result = FcResultNoMatch;
   const Pattern found(FcFontMatch(nullptr, wanted.get(), &result));
   if (found) {
-    // Fontconfig always finds some font; a person wants the one that was named.
+    // Fontconfig always finds some font. Only the requested family is accepted.
     const std::vector<std::string> names = families_of(found.get());
     FcChar8* path = nullptr;
     FontFile file;
@@ -94,13 +94,13 @@ Result<FontFile> find_font(const std::string& font) {
   std::string error = "no font called '";
   error.append(sanitize_message(family)).append("' is installed; ");
   for (size_t i = 0; i < std::min<size_t>(all.size(), 5); i++)
-    error.append(i ? ", " : "there are ").append(all[i]);
-  return Error{error.append(all.empty() ? "no font is" : ", ...")};
+    error.append(i ? ", " : "use one of ").append(all[i]);
+  return Error{error.append(all.empty() ? "install a font first" : ", ...")};
 }
 
 // ---- The outlines of letters
 
-// What FreeType calls for each part of an outline; font units.
+// FreeType's callbacks for the parts of an outline; font units.
 struct Outlines {
   std::vector<Contour> contours;
   Point offset = Point::Zero();
@@ -122,7 +122,7 @@ struct Outlines {
     const Outlines& self = of(user);
     const Point c = self.place(control), b = self.place(to);
     const Point a = self.contours.back().back();
-    // A third-order curve through the same places.
+    // A third-order curve of the same shape.
     of(user).curve(a, Point((a + 2 * c) / 3), Point((b + 2 * c) / 3), b);
     return 0;
   }
@@ -160,7 +160,7 @@ std::optional<std::vector<FcChar32>> letters_of(const std::string& text) {
   return letters;
 }
 
-// How high a capital H is [font units].
+// Height of a capital H [font units].
 double capital_of(FT_Face face) {
   const FT_UInt glyph = FT_Get_Char_Index(face, 'H');
   if (glyph && FT_Load_Glyph(face, glyph, FT_LOAD_NO_SCALE) == 0) {
@@ -180,7 +180,7 @@ Result<std::vector<Contour>> outlines_of(const std::vector<FcChar32>& letters, F
   calls.cubic_to = Outlines::cubic;
   Outlines drawn;
   drawn.tolerance = tolerance;
-  // Lines are centred below each other.
+  // Each line is centred.
   Point pen = Point::Zero();
   size_t line_begins = 0;
   FT_UInt before = 0;
@@ -202,7 +202,8 @@ Result<std::vector<Contour>> outlines_of(const std::vector<FcChar32>& letters, F
       FcUcs4ToUtf8(letter, utf8);
       std::string error = "the font ";
       error.append(face->family_name).append(" has no letter '");
-      error.append(sanitize_message(reinterpret_cast<const char*>(utf8))).append("'");
+      error.append(sanitize_message(reinterpret_cast<const char*>(utf8)))
+          .append("'; use another font");
       return Error{error};
     }
     FT_Vector kern{};
@@ -213,7 +214,8 @@ Result<std::vector<Contour>> outlines_of(const std::vector<FcChar32>& letters, F
     if (FT_Load_Glyph(face, glyph, FT_LOAD_NO_SCALE) != 0 ||
         face->glyph->format != FT_GLYPH_FORMAT_OUTLINE ||
         FT_Outline_Decompose(&face->glyph->outline, &calls, &drawn) != 0)
-      return Error{std::string("the font ") + face->family_name + " can't be outlined"};
+      return Error{std::string("the font ") + face->family_name +
+                   " has letters without outlines; use another font"};
     pen.x() += static_cast<double>(face->glyph->advance.x);
   }
   end_line();
@@ -222,15 +224,15 @@ Result<std::vector<Contour>> outlines_of(const std::vector<FcChar32>& letters, F
 
 // ---- From outlines to a solid
 
-// What GLU gives: triangles of the inside, by their corners.
+// Output of GLU: the triangles of the inside, by their corners.
 struct Inside {
-  std::deque<Eigen::Vector3d> points;  // they stay where they are
+  std::deque<Eigen::Vector3d> points;  // their addresses are stable
   std::vector<const double*> corners;
   bool failed = false;
 
   static void begin(GLenum) {}
   static void end() {}
-  // Asked for, so that all comes in triangles.
+  // With this callback, GLU emits only triangles.
   static void edge(GLboolean) {}
   static void vertex(void* data, void* user) {
     static_cast<Inside*>(user)->corners.push_back(static_cast<const double*>(data));
@@ -272,7 +274,7 @@ std::optional<TriangleMesh> extruded(const std::vector<Contour>& contours, doubl
   gluTessEndPolygon(tess.get());
   if (inside.failed) return std::nullopt;
 
-  // Below and above, each corner once; the walls stand on the edges that one triangle has alone.
+  // Bottom and top use each corner once. The walls are on the edges of only one triangle.
   TriangleMesh mesh;
   std::map<std::pair<double, double>, uint32_t> numbers;
   std::vector<uint32_t> corners;
@@ -322,10 +324,12 @@ Result<TriangleMesh> letter_mesh(const Lettering& lettering) {
   const auto fits = [](double mm) { return mm >= kMinMm && mm <= kMaxMm; };
   if (!fits(lettering.height_mm) || !fits(lettering.depth_mm))
     return Error{"letters must be 0.1 to 1000 mm high and deep"};
-  if (lettering.text.size() > 4 * kMaxLetters) return Error{"a text must have 200 letters at most"};
+  if (lettering.text.size() > 4 * kMaxLetters)
+    return Error{"a text may have at most 200 letters; use a shorter one"};
   const std::optional<std::vector<FcChar32>> letters = letters_of(lettering.text);
-  if (!letters) return Error{"the text is not UTF-8"};
-  if (letters->size() > kMaxLetters) return Error{"a text must have 200 letters at most"};
+  if (!letters) return Error{"the text is not UTF-8; encode it as UTF-8"};
+  if (letters->size() > kMaxLetters)
+    return Error{"a text may have at most 200 letters; use a shorter one"};
   const Result<FontFile> file = find_font(lettering.font);
   if (!file) return Error{file.error()};
 
@@ -334,10 +338,10 @@ Result<TriangleMesh> letter_mesh(const Lettering& lettering) {
   const Library library(raw_library);
   FT_Face raw_face = nullptr;
   if (FT_New_Face(library.get(), file.value().path.c_str(), file.value().index, &raw_face) != 0)
-    return Error{"the font file " + file.value().path + " can't be read"};
+    return Error{file.value().path + ": can't be read as a font; use another one"};
   const Face face(raw_face);
   if (!FT_IS_SCALABLE(face.get()) || !(face->units_per_EM > 0) || !face->family_name)
-    return Error{"the font file " + file.value().path + " has no outlines"};
+    return Error{file.value().path + ": this font has no outlines; use another one"};
 
   const double capital = capital_of(face.get());
   const double scale = lettering.height_mm / capital,
@@ -346,10 +350,13 @@ Result<TriangleMesh> letter_mesh(const Lettering& lettering) {
   if (!drawn) return Error{drawn.error()};
   size_t points = 0;
   for (const Contour& contour : drawn.value()) points += contour.size();
-  if (points == 0) return Error{"the text has no letters that can be seen"};
-  if (points > kMaxPoints) return Error{"the text's letters are too intricate for a tool"};
+  if (points == 0) return Error{"the text has no letters with an outline; add letters"};
+  if (points > kMaxPoints)
+    return Error{
+        "the text's letters have too many points for a tool; use fewer letters or a simpler font"};
   std::optional<TriangleMesh> mesh = extruded(drawn.value(), lettering.depth_mm);
-  if (!mesh || mesh->triangles.empty()) return Error{"the text's letters have no inside"};
+  if (!mesh || mesh->triangles.empty())
+    return Error{"the text's letters enclose no area; use another font"};
   const Vec3 middle = mesh->bounds().centre();
   for (Vec3& p : mesh->vertices) {
     p.x() = (p.x() - middle.x()) * scale;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Text in an installed font as a solid: what a stamp or a stencil of letters is made of.
+// Converts text in an installed font into a solid, for stamps and stencils of letters.
 #pragma once
 
 #include <string>
@@ -12,22 +12,23 @@ namespace kibori {
 
 struct Lettering {
   std::string text;  // UTF-8; a newline begins another line
-  // A family, as fontconfig knows it, and what else it understands ("DejaVu Serif:bold"), or the
-  // path of a font's file.
+  // A family known to fontconfig, with its options ("DejaVu Serif:bold"), or the path of a font
+  // file.
   std::string font = "DejaVu Sans";
-  double height_mm = 10;    // of a capital H
-  double depth_mm = 10;     // how far it is extruded
-  double tolerance_mm = 0;  // how far a chord may be from its curve; 0: 1/1000 of the height
+  double height_mm = 10;  // of a capital H
+  double depth_mm = 10;   // length of the extrusion
+  // maximum distance between a chord and its curve; 0: 1/1000 of the height
+  double tolerance_mm = 0;
 };
 
 inline constexpr size_t kMaxLetters = 200;
 
-// A closed mesh: x along the lines, y up, the middle of it all at the origin, z from 0 to depth_mm.
-// Errors: a font that is not installed or cannot be read, a letter it does not have, no letters at
-// all or too many, heights or depths beyond 0.1 to 1000 mm.
+// A closed mesh: x along the lines, y up, its centre at the origin, z from 0 to depth_mm. Errors: a
+// font that is not installed or not readable; a letter that the font lacks; no letters or too many;
+// a height or depth outside 0.1 to 1000 mm.
 Result<TriangleMesh> letter_mesh(const Lettering& lettering);
 
-// The families that are installed and can be outlined, in alphabetical order.
+// The installed families with outlines, in alphabetical order.
 std::vector<std::string> font_families();
 
 }  // namespace kibori

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// [motion] and [symmetry] of a scene: what all of its moves share.
+// Reads [motion] and [symmetry] of a scene: the settings of all its moves.
 #include <kibori/scene/scene_reader.h>
 
 namespace kibori {

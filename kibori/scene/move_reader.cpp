@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// [[move]] of a scene: where its hands go, and what their tools do on the way. Keys that are left
-// out keep their value of the move before.
+// Reads [[move]] of a scene: where its hands go, and what their tools do on the path. A missing key
+// keeps the value of the previous move.
 #include <kibori/scene/scene_reader.h>
 
 #include <cmath>
@@ -10,7 +10,7 @@
 namespace kibori {
 namespace {
 
-// Where a hand's tool goes, and what it does on its way.
+// Reads where a hand's tool goes, and what it does on the path.
 template <class HandMove>
 void read_hand(SceneReader& reader, const TableReader& t, bool first, HandMove& hand) {
   Scene& scene = reader.scene;
@@ -25,7 +25,7 @@ void read_hand(SceneReader& reader, const TableReader& t, bool first, HandMove& 
   if (t.has("roll_deg")) {
     const double roll = t.number("roll_deg");
     if (!(std::abs(roll) <= 3600))
-      t.fail("roll_deg", t.full("roll_deg must lie between -3600 and 3600"));
+      t.fail("roll_deg", t.full("roll_deg must be between -3600 and 3600"));
     hand.roll_rad = roll * kRadPerDeg;
   }
   if (t.has("mode")) {
@@ -47,26 +47,26 @@ void read_hand(SceneReader& reader, const TableReader& t, bool first, HandMove& 
 void read_along(const TableReader& t, Move& move) {
   if (!t.has("along")) return;
   if (t.has("to") || t.has("arc"))
-    return t.fail("along", "[move] goes along its points; leave out to and arc");
+    return t.fail("along", "[move] along replaces to and arc; leave out to and arc");
   move.along_mm = t.places("along");
   if (t.failed()) return;
-  if (move.along_mm.empty()) return t.fail("along", "[move] along must have a point at least");
+  if (move.along_mm.empty()) return t.fail("along", "[move] along must have at least one point");
   move.to_mm = move.along_mm.back();
 }
 
 void read_arc(const TableReader& t, Move& move) {
   if (!t.has("arc")) return;
-  if (t.has("to")) return t.fail("arc", "[move] goes along an arc; leave out to");
+  if (t.has("to")) return t.fail("arc", "[move] arc replaces to; leave out to");
   const auto arc = t.table("arc", "arc = { centre = [20, 20, 15], turn_deg = 90 }");
   if (!arc) return;
   arc->only({"centre", "turn_deg"});
   const double turn = arc->number("turn_deg");
   if (!(std::abs(turn) <= 36000 && turn != 0))
-    return arc->fail("turn_deg", "[arc] turn_deg must lie between -36000 and 36000, and not be 0");
+    return arc->fail("turn_deg", "[arc] turn_deg must be between -36000 and 36000, and not 0");
   move.arc = MoveArc{arc->vector("centre"), turn * kRadPerDeg};
 }
 
-// A key that is true, false, or a table with two lengths, which turns it on.
+// Reads a key that is true, false, or a table with two lengths, which turns it on.
 void read_switch(const TableReader& t, const char* key, const std::string& example, bool& on,
                  const char* first, double& first_mm, double& lift_mm) {
   const toml::node* const node = t.find(key);
@@ -77,13 +77,13 @@ void read_switch(const TableReader& t, const char* key, const std::string& examp
   if (!node->is_table()) return;
   const TableReader lengths(t.error(), *node->as_table(), key);
   lengths.only({first, "lift"});
-  lengths.at_least_zero(first, first_mm);
-  lengths.at_least_zero("lift", lift_mm);
+  lengths.not_negative(first, first_mm);
+  lengths.not_negative("lift", lift_mm);
 }
 
-// The keys of a way that is not the straight one; only those of `lead` and `stamp` are kept for the
+// Reads the keys of a path that is not straight. Only those of `lead` and `stamp` are kept for the
 // next move.
-void read_way(const TableReader& t, bool first, Move& move) {
+void read_path(const TableReader& t, bool first, Move& move) {
   move.along_mm.clear();
   move.arc.reset();
   read_along(t, move);
@@ -95,13 +95,14 @@ void read_way(const TableReader& t, bool first, Move& move) {
               move.stamp.every_mm, move.stamp.lift_mm);
   if (move.stamps() && !first && move.stamp.every_mm == 0 && (move.winds() || t.has("to")))
     t.fail(
-        "[move] stamps once, where it stands; leave out its way, or say how far from one place "
-        "to the next, as in stamp = { every = 12, lift = 3 }");
+        "[move] stamps once, at its start; leave out to, along and arc, or give a distance, as in "
+        "stamp = { every = 12, lift = 3 }");
   if (first && (move.winds() || move.lead.on || move.stamp.on))
-    t.fail("[move] the first says where the tool starts; it goes no way yet");
+    t.fail(
+        "[move] the first says only where the tool starts; leave out along, arc, lead and stamp");
 }
 
-// The second hand is there from the first move on, or never.
+// The second hand exists from the first move on, or never.
 void read_second(SceneReader& reader, const TableReader& move, bool first, Move& of) {
   const auto second = move.table("second", "second = { to = [10, 20, 30] }");
   if (second && !first && !of.second)
@@ -121,7 +122,7 @@ void read_second(SceneReader& reader, const TableReader& move, bool first, Move&
     move.fail("[move] " + fine.error());
 }
 
-// `move`: the one before, and then this one.
+// `move`: the previous move as input, this one as output.
 void read_move(SceneReader& reader, const TableReader& t, Move& move) {
   Scene& scene = reader.scene;
   const bool first = scene.moves.empty();
@@ -131,22 +132,23 @@ void read_move(SceneReader& reader, const TableReader& t, Move& move) {
   move.label.clear();
   move.wait_s = 0;
   read_hand(reader, t, first, move);
-  read_way(t, first, move);
+  read_path(t, first, move);
   if (t.has("speed")) move.speed_mm_s = t.positive("speed");
   if (t.has("turn_deg_s")) move.turn_rad_s = t.positive("turn_deg_s") * kRadPerDeg;
-  t.at_least_zero("wait_s", move.wait_s);
+  t.not_negative("wait_s", move.wait_s);
   if (t.has("brush") || reshapes(move.mode)) read_brush(reader, t, move);
   if (t.has("label")) move.label = t.text("label");
   read_second(reader, t, first, move);
   if (t.failed()) return;
   if (!first) {
-    // A tool that leads itself, or stamps, to no other place goes in and out where it is.
+    // A tool that leads or stamps, without a new position, is pressed in and drawn out at its
+    // place.
     const double lift = move.stamps() ? move.stamp.lift_mm : move.lead.lift_mm;
     if ((move.leads() || move.stamps()) && !move.winds())
       move.along_mm = {t.has("to") ? move.to_mm : Vec3(move.to_mm - lift * move.axis)};
     const Result<MovePlan> plan = plan_move(scene, scene.moves.back(), move);
     if (!plan) return reader.error.report_sentence(plan.error());
-    if (plan.value().way) move.to_mm = plan.value().way->places.back().tip;
+    if (plan.value().path) move.to_mm = plan.value().path->places.back().tip;
   }
   scene.moves.push_back(move);
 }

@@ -10,10 +10,10 @@
 namespace kibori {
 namespace {
 
-// 17 million triangles; what is finer is averaged.
+// 17 million triangles; larger pictures are averaged.
 constexpr int64_t kMaxPixels = int64_t{1} << 22;
 
-// Halves the picture, each pixel the mean of four.
+// Halves the picture: each pixel is the mean of four.
 GreyMap halved(const GreyMap& map) {
   GreyMap half{map.width / 2, map.height / 2, {}};
   half.pixels.resize(static_cast<size_t>(half.width) * static_cast<size_t>(half.height));
@@ -48,7 +48,8 @@ Result<TriangleMesh> read_relief(const std::filesystem::path& picture, const Rel
   };
   while (map.width >= 4 && map.height >= 4 && too_fine()) map = halved(map);
   if (map.width < 2 || map.height < 2)
-    return Error{picture.string() + ": a relief needs two pixels a side"};
+    return Error{picture.string() +
+                 ": a relief needs at least two pixels on each side; use a larger picture"};
   const double step = size.width_mm / (map.width - 1);
   const auto w = static_cast<uint32_t>(map.width), h = static_cast<uint32_t>(map.height);
   TriangleMesh mesh;

@@ -14,12 +14,35 @@
 namespace kibori {
 namespace {
 
-constexpr int kMaxDepth = 32;  // tables in tables, lists in lists; scenes need four
+constexpr int kMaxDepth = 32;  // of nested tables and lists; a scene needs four levels
 constexpr uint64_t kMaxSceneBytes = uint64_t{256} << 20;  // some millions of moves
 
-// Before it is parsed: what is parsed, and what frees it again, goes as deep into the stack as
-// tables lie in tables. A dotted key is as deep as it has dots.
-Status check_depth(std::string_view text, const std::string& name) {
+Result<Scene> read_root(const toml::table& table, const std::string& name,
+                        const std::optional<std::filesystem::path>& folder) {
+  SceneReader reader(name, folder);
+  const TableReader root(reader.error, table, "");
+  root.only({"schema", "stock", "material", "tool", "force", "motion", "symmetry", "move", "crumbs",
+             "cutter", "no_go", "spline", "layer"});
+  if (root.has("schema") && root.number("schema") != 1)
+    root.fail("schema", "schema must be 1; a newer scene needs a newer kibori");
+  read_force(reader, root);
+  read_materials(reader, root);
+  read_stock(reader, root);
+  read_motion(reader, root);
+  read_moves(reader, root);
+  read_symmetry(reader, root);
+  read_bodies(reader, root);
+  if (reader.scene.stock.log)
+    for (Material& material : reader.scene.materials) material.log = *reader.scene.stock.log;
+  else
+    share_log(reader.scene.materials, reader.scene.stock.material);
+  if (reader.error.found()) return Error{reader.error.sentence()};
+  return std::move(reader.scene);
+}
+
+}  // namespace
+
+Status check_toml_depth(std::string_view text, const std::string& name) {
   int line = 1, depth = 0, dots = 0;
   for (size_t i = 0; i < text.size(); i++) {
     const char c = text[i];
@@ -52,36 +75,15 @@ Status check_depth(std::string_view text, const std::string& name) {
     }
     if (depth + dots > kMaxDepth)
       return Error{sanitize_message(name + ":" + std::to_string(line) +
-                                    ": tables or lists lie more than " + std::to_string(kMaxDepth) +
-                                    " deep in each other; no scene needs that")};
+                                    ": tables or lists are nested more than " +
+                                    std::to_string(kMaxDepth) + " deep; reduce the nesting")};
   }
   return Ok{};
 }
 
-Result<Scene> read_root(const toml::table& table, const std::string& name,
-                        const std::optional<std::filesystem::path>& folder) {
-  SceneReader reader(name, folder);
-  const TableReader root(reader.error, table, "");
-  root.only({"schema", "stock", "material", "tool", "force", "motion", "symmetry", "move", "crumbs",
-             "cutter", "no_go", "spline", "layer"});
-  if (root.has("schema") && root.number("schema") != 1)
-    root.fail("schema", "schema must be 1; a newer scene needs a newer kibori");
-  read_force(reader, root);
-  read_materials(reader, root);
-  read_stock(reader, root);
-  read_motion(reader, root);
-  read_moves(reader, root);
-  read_symmetry(reader, root);
-  read_bodies(reader, root);
-  if (reader.error.found()) return Error{reader.error.sentence()};
-  return std::move(reader.scene);
-}
-
-}  // namespace
-
 Result<Scene> parse_scene(const std::string& text, const std::string& name,
                           const std::optional<std::filesystem::path>& folder) {
-  if (const Status flat = check_depth(text, name); !flat) return Error{flat.error()};
+  if (const Status flat = check_toml_depth(text, name); !flat) return Error{flat.error()};
   try {
     return read_root(toml::parse(text, name), name, folder);
   } catch (const toml::parse_error& error) {
@@ -99,7 +101,7 @@ Result<Scene> read_scene(const std::filesystem::path& path) {
 
 namespace {
 
-// What a move asks of one hand: how far it goes, and turns.
+// Length and turn of one hand in a move.
 struct HandPlan {
   double length_mm = 0;
   Vec3 turn_rad = Vec3::Zero();
@@ -108,21 +110,21 @@ struct HandPlan {
 template <class HandMove>
 Result<HandPlan> plan_hand(const HandMove& from, const HandMove& to) {
   Vec3 turn = shortest_turn(from.axis, to.axis);
-  // The same axis, but for the last bit.
+  // The same axis, except for rounding.
   if (turn.squaredNorm() < kNoTurn * kNoTurn) turn = Vec3::Zero();
   const double roll = to.roll_rad - from.roll_rad;
   if (from.axis.dot(to.axis) < -1 + 1e-9)
     return Error{
-        "[move] axis reverses exactly, so the way round is open; add a move with an axis in "
-        "between"};
+        "[move] axis reverses exactly, so the direction of the turn is unknown; add a move with an "
+        "axis in between"};
   if (turn.squaredNorm() > 0 && roll != 0)
     return Error{"[move] changes axis and roll_deg together; use two moves"};
   return HandPlan{std::sqrt((to.to_mm - from.to_mm).squaredNorm()),
                   roll != 0 ? Vec3(roll * to.axis) : turn};
 }
 
-// A hair less before rounding up: 100 mm at 40 mm/s and 1000 Hz are 2500 ticks, whatever the last
-// bit says.
+// Rounds up after subtracting a small share. So 100 mm at 40 mm/s and 1000 Hz are 2500 ticks,
+// despite rounding errors.
 double whole_ticks(double ticks) { return std::max(1.0, std::ceil(ticks * (1 - 1e-12))); }
 
 }  // namespace
@@ -134,19 +136,19 @@ Result<MovePlan> plan_move(const Scene& scene, const Move& from, const Move& to)
   const bool winds = to.winds() || to.leads() || to.stamps();
   if (winds && to.axis.dot(from.axis) < 1 - 1e-12)
     return wrong(
-        "[move] along, arc, lead and stamp need an axis that stays; turn it in a move before");
+        "[move] along, arc, lead and stamp need a constant axis; turn it in a move before");
   const Result<HandPlan> first = plan_hand(from, to);
   if (!first) return wrong(first.error());
   MovePlan plan;
   plan.turn_rad = first.value().turn_rad;
-  // The longer of both hands'.
+  // The longer path of the two hands.
   double length = first.value().length_mm, angle = std::sqrt(plan.turn_rad.squaredNorm());
   if (winds) {
-    Result<MoveWay> way = way_of(from, to, scene.stock.pitch_mm);
-    if (!way) return wrong("[move] " + way.error());
-    length = way.value().length_mm();
+    Result<MovePath> path = path_of(from, to, scene.stock.pitch_mm);
+    if (!path) return wrong("[move] " + path.error());
+    length = path.value().length_mm();
     angle = 0;
-    plan.way = std::make_shared<const MoveWay>(std::move(way).value());
+    plan.path = std::make_shared<const MovePath>(std::move(path).value());
   }
   if (from.second && to.second) {
     const Result<HandPlan> second = plan_hand(*from.second, *to.second);
@@ -157,13 +159,14 @@ Result<MovePlan> plan_move(const Scene& scene, const Move& from, const Move& to)
   }
   double ticks = 0;
   if (length > 0) {
-    if (!(to.speed_mm_s > 0)) return wrong("[move] needs a speed (mm/s)");
+    if (!(to.speed_mm_s > 0)) return wrong("[move] needs speed (mm/s)");
     ticks = whole_ticks(length * scene.rate_hz / to.speed_mm_s);
   } else if (angle > 0) {
-    if (!(to.turn_rad_s > 0)) return wrong("[move] turns without travelling and needs turn_deg_s");
+    if (!(to.turn_rad_s > 0))
+      return wrong("[move] turns in place and needs turn_deg_s (degrees per second)");
     ticks = whole_ticks(angle * scene.rate_hz / to.turn_rad_s);
   }
-  // Nothing to do but to stand there: a tick all the same, so that a new tool or mode acts.
+  // A move without motion or dwell takes one tick, so that a new tool or mode acts.
   if (ticks == 0 && !(to.wait_s > 0)) ticks = 1;
   const double dwell = to.wait_s > 0 ? whole_ticks(to.wait_s * scene.rate_hz) : 0;
   if (!(ticks + dwell <= 1e9))

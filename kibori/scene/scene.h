@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A scripted session: stock, tool, force law and moves, as a TOML file says them (docs/scenes.md).
+// A scripted session: stock, tool, force law and moves, read from a TOML file (docs/scenes.md).
 #pragma once
 
 #include <array>
@@ -15,14 +15,14 @@
 #include <kibori/motion/direct_tool.h>
 #include <kibori/motion/spring_tool.h>
 #include <kibori/motion/stroke_record.h>
-#include <kibori/scene/move_way.h>
+#include <kibori/scene/move_path.h>
 #include <kibori/scene/stock.h>
 #include <kibori/solid/tool.h>
 #include <kibori/spline/apply_spline.h>
 
 namespace kibori {
 
-// Where the second hand's tool goes meanwhile; both arrive together.
+// Motion of the second hand's tool during a move. Both hands arrive together.
 struct SecondMove {
   Vec3 to_mm = Vec3::Zero();
   Vec3 axis = Vec3::UnitZ();  // unit
@@ -32,19 +32,19 @@ struct SecondMove {
   size_t tool = 0;            // index into Scene::tools
 };
 
-// A way around an axis, which is the tool's.
+// An arc about an axis parallel to the tool's.
 struct MoveArc {
   Vec3 centre_mm = Vec3::Zero();
-  double turn_rad = 0;  // counterclockwise where the tool is looked at along its axis
+  double turn_rad = 0;  // counterclockwise, looking at the tool along its axis
 };
 
-// A tool whose local x axis turns to the way it goes; see StrokeGuideSettings.
+// The tool's local x axis turns to the direction of the path; see StrokeGuideSettings.
 struct MoveLead {
   bool on = false;
   double entry_mm = 0, lift_mm = 0;
 };
 
-// A tool that is pressed in and drawn out on its way; see StrokeGuideSettings.
+// The tool is pressed in and drawn out along the path; see StrokeGuideSettings.
 struct MoveStamp {
   bool on = false;
   double every_mm = 0, lift_mm = 0;
@@ -54,53 +54,54 @@ struct Move {
   Vec3 to_mm = Vec3::Zero();
   Vec3 axis = Vec3::UnitZ();  // unit
   double roll_rad = 0;        // about the axis, relative to the first move's
-  double speed_mm_s = 0;      // 0: never given
-  double turn_rad_s = 0;      // 0: never given
+  double speed_mm_s = 0;      // 0: not given
+  double turn_rad_s = 0;      // 0: not given
   double wait_s = 0;          // dwell after arriving
   Mode mode = Mode::cut;
   uint8_t material = 0;  // of a deposit
   Brush brush;           // of a mode that reshapes
   std::string label;
   size_t tool = 0;  // index into Scene::tools
-  // The way, where it is not the straight one: points that it goes through, the last of which is
-  // its end; or an arc. to_mm is where the tool is after it.
+  // A path that is not straight: the points that it passes, the last of which is its end; or an
+  // arc. to_mm is the tool's position after it.
   std::vector<Vec3> along_mm;
-  bool straight = false;  // from point to point; else a smooth curve
+  bool straight = false;  // true: straight from point to point; false: a smooth curve
   std::optional<MoveArc> arc;
   MoveLead lead;
   MoveStamp stamp;
   std::optional<SecondMove> second;
   int line = 0;  // in the file
-  // Whether the tool leads itself on this move, or stamps; whether its way is not the straight one.
+  // True if the tool leads, or stamps, on this move; true if the path is not straight.
   bool leads() const {
     return lead.on && mode != Mode::off && (!reshapes(mode) || mode == Mode::press);
   }
   bool stamps() const { return stamp.on && (mode == Mode::cut || mode == Mode::deposit); }
   bool winds() const { return !along_mm.empty() || arc; }
-  // Whether the second hand takes part in its stroke.
+  // True if the second hand takes part in the stroke.
   bool both() const { return second && second->mode != Mode::off && !reshapes(mode); }
 };
 
 // A cutter of a scene: see BodyAction.
 struct SceneCutter {
   Cutter cutter;
-  std::string body;              // the name of the one that it cuts; empty: all that it meets
-  Vec3 shift_mm = Vec3::Zero();  // by which what comes away is moved
-  Vec3 feed = Vec3::Zero();      // the way that it goes (unit); zero: it is through at once
+  std::string body;              // name of the body that it cuts; empty: all that it meets
+  Vec3 shift_mm = Vec3::Zero();  // displacement of the separated parts
+  Vec3 feed = Vec3::Zero();      // direction of its motion (unit); zero: it cuts at once
   double speed_mm_s = 0;
   int line = 0;  // in the file
 };
 
-// What no move may cut: a body of its own, which is no-go.
+// A protected body that no move may cut.
 struct SceneNoGo {
   Tool tool;  // its shape
   Pose pose;
-  std::vector<Vec3> way_mm;  // a mask: what the stock holds of the tool's way; empty: at `pose`
-  std::string name;          // empty: one is given
-  int line = 0;              // in the file
+  // a mask: the stock's material along the tool's path; empty: the tool at `pose`
+  std::vector<Vec3> path_mm;
+  std::string name;  // empty: a default name
+  int line = 0;      // in the file
 };
 
-// A spline's shape that the stock has before the first move: see BodyAction.
+// A spline's shape that is applied before the first move: see BodyAction.
 struct SceneSpline {
   SplineShape shape;
   SplineOperation operation = SplineOperation::deposit;
@@ -110,40 +111,41 @@ struct SceneSpline {
 
 struct Scene {
   std::string file;                          // for messages
-  std::vector<std::filesystem::path> files;  // that were read with it: meshes, pictures
+  std::vector<std::filesystem::path> files;  // files that it reads: meshes, pictures
   Stock stock;
   std::vector<Tool> tools;
   std::vector<Material> materials;
-  StrokeForce force;  // model `series`: the moves are the hand's, and the tool hangs on the spring
+  StrokeForce force;  // model `series`: the moves are the hand's, and the spring pulls the tool
   double rate_hz = 1000;
-  Symmetry symmetry;  // of all moves; its centre is the lattice's middle, unless it is said
+  Symmetry symmetry;  // of all moves; its centre is the lattice's centre by default
   bool symmetry_centred = false;
   std::vector<Move> moves;           // the first is where the tool starts
-  std::vector<SceneNoGo> no_go;      // there before the first move
-  std::vector<SceneSpline> splines;  // then these, in this order
+  std::vector<SceneNoGo> no_go;      // exist before the first move
+  std::vector<SceneSpline> splines;  // applied after the protected bodies, in this order
   Crumbs crumbs = Crumbs::sort;      // of every stroke
   std::vector<SceneCutter> cutters;  // after the last move, in this order
 };
 
-// Errors name file, line and key; unknown keys are refused with the nearest known one.
+// Reads a scene. Errors name file, line and key. An unknown key is an error that suggests the
+// nearest known one.
 Result<Scene> read_scene(const std::filesystem::path& path);
-// `folder`: where its files are; none: it may name no files.
+// Parses a scene's text. `folder`: folder of its files; none: the scene may not name files.
 Result<Scene> parse_scene(const std::string& text, const std::string& name,
                           const std::optional<std::filesystem::path>& folder);
 
-// How one move runs: `ticks` of equal steps, then `dwell_ticks` at rest. Where there is a second
-// hand, the speed is that of the one that has the longer way.
+// Schedule of a move: `ticks` equal steps, then `dwell_ticks` at rest. With a second hand, the
+// speed is that of the hand with the longer path.
 struct MovePlan {
   int64_t ticks = 0, dwell_ticks = 0;
   Vec3 turn_rad = Vec3::Zero();  // rotation vector of the whole move
-  // Of a move that winds, or whose tool leads itself or stamps; else null.
-  std::shared_ptr<const MoveWay> way;
+  // Path of a move that winds, or whose tool leads or stamps; otherwise null.
+  std::shared_ptr<const MovePath> path;
   Vec3 second_turn_rad = Vec3::Zero();
 };
-// Errors: a reversal of the axis, a missing speed, more ticks than 10^9.
+// Errors: a reversal of the axis; a missing speed; more than 10^9 ticks; a path that is no curve.
 Result<MovePlan> plan_move(const Scene& scene, const Move& from, const Move& to);
 
-// What a stroke of a move is carved with.
+// Settings of a move's stroke.
 StrokeSettings stroke_settings(const Scene& scene, const Move& move);
 
 }  // namespace kibori

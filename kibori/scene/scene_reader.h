@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
-// Reading a scene: what all readers share, and one reader for each group of tables, in the order in
-// which they run. Internal: not installed.
+// Reads a scene: the shared state, and one reader for each group of tables, in the order in which
+// they run. Internal: not installed.
 #pragma once
 
 #include <filesystem>
 #include <numbers>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include <kibori/scene/scene.h>
 #include <kibori/scene/table_reader.h>
@@ -15,19 +16,24 @@ namespace kibori {
 
 inline constexpr double kRadPerDeg = std::numbers::pi / 180;
 
+// Call it before toml++. The parser, and the destructor of its result, recurse as deep as tables
+// are nested. A dotted key is as deep as its number of dots. Error: one sentence with `name` and
+// line.
+Status check_toml_depth(std::string_view text, const std::string& name);
+
 struct SceneReader {
   SceneReader(const std::string& name, std::optional<std::filesystem::path> files)
       : error(name), folder(std::move(files)) {
     scene.file = name;
   }
 
-  // The file that a key names; empty where there may be none.
+  // Path of the file that a key names; empty if the scene may not name files.
   std::filesystem::path file(const TableReader& t, std::string_view key);
-  // A material by that name as the program knows it, with [force]'s constants in place of its own.
+  // The built-in material of that name, with the constants of [force] instead of its own.
   Material default_material(const std::string& name) const;
-  // Its index.
+  // Returns its index.
   uint8_t add_material(int line, const Material& material);
-  // The index of a material by name, defined in the scene or known to the program.
+  // Index of a material by name. The material is defined in the scene or built in.
   uint8_t material(int line, const std::string& name);
   uint8_t material(const TableReader& t, std::string_view key) {
     return material(t.line(key), t.text(key));
@@ -35,9 +41,10 @@ struct SceneReader {
 
   Scene scene;
   SceneError error;
-  std::optional<std::filesystem::path> folder;  // where its files are; none: it may name none
-  std::optional<double> kf, u;                  // of [force]
-  bool brush_has_strength = false;              // a move has said a brush's strength
+  // folder of its files; none: the scene may not name files
+  std::optional<std::filesystem::path> folder;
+  std::optional<double> kf, u;      // of [force]
+  bool brush_has_strength = false;  // a move has set the brush's strength
 };
 
 void read_force(SceneReader& reader, const TableReader& root);
@@ -46,18 +53,19 @@ void read_stock(SceneReader& reader, const TableReader& root);
 void read_motion(SceneReader& reader, const TableReader& root);
 void read_moves(SceneReader& reader, const TableReader& root);
 void read_symmetry(SceneReader& reader, const TableReader& root);
-// Crumbs, cutters, splines, and what no move may cut.
+// Reads crumbs, cutters, splines and protected bodies.
 void read_bodies(SceneReader& reader, const TableReader& root);
 
-// A tool. Keys left out keep the value of `inherited`, if that has the same shape; may be null.
+// Reads a tool. A missing key keeps the value of `inherited`, if that has the same shape.
+// `inherited` may be null.
 Tool read_tool(SceneReader& reader, const TableReader& t, const Tool* inherited);
-// The mesh, letters or picture that a mesh tool's table names, and the keys that say so.
+// Reads the mesh, letters or picture of a mesh tool's table. stamp_keys() lists the keys.
 Tool read_stamp(SceneReader& reader, const TableReader& t);
 const std::vector<std::string>& stamp_keys();
-// A shape that stands in the stock: which, and how it stands.
+// Reads a shape in the stock, and its orientation.
 Tool read_shape(SceneReader& reader, const TableReader& t);
 Mat3 read_frame(const TableReader& t);
-// A move's brush: keys left out keep their value of the move before.
+// Reads a move's brush. A missing key keeps the value of the previous move.
 void read_brush(SceneReader& reader, const TableReader& move, Move& of);
 
 }  // namespace kibori

@@ -14,21 +14,22 @@
 namespace kibori {
 namespace {
 
-// A picture has no more points than this across, however fine the pitch.
-constexpr double kMostAcross = 128;
-// How far letters may be from their curves, of a pitch.
+// Maximum number of points along the width of a picture, for any pitch.
+constexpr double kMaxAcross = 128;
+// Maximum distance between letters and their curves, as a share of the pitch.
 constexpr double kTextPitches = 0.05;
-// How far a simplified relief may be from the picture, of a pitch.
+// Maximum distance between a simplified relief and the picture, as a share of the pitch.
 constexpr double kSimplifyPitches = 0.1;
 
 Status check_triangles(const TriangleMesh& mesh, const std::string& name) {
   if (mesh.triangles.size() <= kMaxStampTriangles) return Ok{};
-  return Error{name + ": a stamp of " + std::to_string(mesh.triangles.size()) +
-               " triangles is too intricate; it may have " + std::to_string(kMaxStampTriangles)};
+  return Error{name + ": has " + std::to_string(mesh.triangles.size()) +
+               " triangles, and a stamp may have at most " + std::to_string(kMaxStampTriangles) +
+               "; use a simpler one"};
 }
 
-// Its middle across, and its lowest place, become the tip.
-void stand_on_tip(TriangleMesh& mesh) {
+// Moves the mesh so that its tip is at the origin: its middle across, and its lowest point.
+void center_on_tip(TriangleMesh& mesh) {
   const Box box = mesh.bounds();
   const Vec3 tip(box.centre().x(), box.centre().y(), box.min.z());
   for (Vec3& p : mesh.vertices) p -= tip;
@@ -54,13 +55,13 @@ Result<Tool> picture_stamp(const std::filesystem::path& picture, const PictureSt
   const auto fits = [](double mm) { return mm >= 0.1 && mm <= 1000; };
   if (!fits(size.width_mm) || !fits(size.depth_mm) || !fits(size.back_mm))
     return Error{"a stamp must be 0.1 to 1000 mm wide and deep"};
-  // Pixels are no finer than half of what is asked for.
-  const double resolved = std::max(pitch_mm, 2 * size.width_mm / kMostAcross);
+  // Pixels are no finer than half of the requested pitch.
+  const double resolved = std::max(pitch_mm, 2 * size.width_mm / kMaxAcross);
   Result<TriangleMesh> relief =
       read_relief(picture, {size.width_mm, size.depth_mm, size.back_mm, size.invert}, resolved);
   if (!relief) return Error{relief.error()};
   const Surface surface = simplify(surface_of_mesh(relief.value()), kSimplifyPitches * pitch_mm);
-  // Its upper side is what is pressed in: mirrored, so that the triangles turn, too.
+  // The upper side is pressed into the material, so z is mirrored and the triangles are reversed.
   TriangleMesh mesh;
   mesh.vertices.reserve(surface.vertices.size());
   for (const SurfaceVertex& v : surface.vertices)
@@ -68,7 +69,7 @@ Result<Tool> picture_stamp(const std::filesystem::path& picture, const PictureSt
   mesh.triangles.reserve(surface.triangles.size());
   for (const SurfaceTriangle& t : surface.triangles) mesh.triangles.push_back({t[0], t[2], t[1]});
   if (const Status few = check_triangles(mesh, picture.string()); !few) return Error{few.error()};
-  stand_on_tip(mesh);
+  center_on_tip(mesh);
   return tool_of(std::move(mesh));
 }
 
@@ -78,11 +79,13 @@ Result<Tool> mesh_stamp(const std::filesystem::path& file, double width_mm) {
   TriangleMesh mesh = std::move(read).value();
   if (const Status few = check_triangles(mesh, file.string()); !few) return Error{few.error()};
   if (!mesh_info(surface_of_mesh(mesh)).closed)
-    return Error{file.string() + ": a stamp must be closed, and this mesh has holes"};
-  stand_on_tip(mesh);
+    return Error{
+        file.string() +
+        ": a stamp must be closed, and this mesh has holes; repair it with 'kibori convert'"};
+  center_on_tip(mesh);
   const Vec3 size = mesh.bounds().size();
   const double across = std::max(size.x(), size.y());
-  if (!(across > 0)) return Error{file.string() + ": the mesh has no extent"};
+  if (!(across > 0)) return Error{file.string() + ": the mesh has no width; use a solid mesh"};
   if (width_mm > 0)
     for (Vec3& p : mesh.vertices) p *= width_mm / across;
   return tool_of(std::move(mesh));

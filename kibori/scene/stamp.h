@@ -10,29 +10,29 @@
 
 namespace kibori {
 
-// The most triangles a stamp has: what a tick of the servo can sweep.
+// Maximum number of triangles of a stamp: what a tick of the servo can sweep.
 inline constexpr size_t kMaxStampTriangles = 20'000;
 
-// All stand on their lowest place, the tip, in the middle of their width and depth. Pressed into a
-// top that one looks down on, texts and pictures read as they should.
+// The tip of a stamp is its lowest point, in the middle of its width and depth. If pressed into a
+// top that one looks down on, texts and pictures are not mirrored.
 
-// The letters, extruded from the tip upwards by their depth, as true to their font as pitch_mm can
-// tell. Errors: those of letter_mesh.
+// Letters, extruded from the tip upwards by their depth. `pitch_mm` sets the accuracy of the
+// outlines. Errors: those of letter_mesh.
 Result<Tool> text_stamp(Lettering lettering, double pitch_mm);
 
 struct PictureStamp {
   double width_mm = 20;  // of the picture; its other side follows
-  double depth_mm = 2;   // how much deeper white goes than black
-  double back_mm = 8;    // of the plate behind
-  bool invert = false;   // black goes deepest
+  double depth_mm = 2;   // depth of white below black
+  double back_mm = 8;    // thickness of the plate behind
+  bool invert = false;   // black is deepest
 };
-// A grey picture as a relief: white is deepest. Resolved as finely as pitch_mm asks for and
-// kMaxStampTriangles allows. Errors: those of read_relief.
+// A grey picture as a relief; white is deepest. The resolution follows from pitch_mm and
+// kMaxStampTriangles. Errors: those of read_relief.
 Result<Tool> picture_stamp(const std::filesystem::path& picture, const PictureStamp& size,
                            double pitch_mm);
 
-// A mesh, scaled so that the longer of its sides across is width_mm; 0: as it is. Errors: those of
-// read_mesh, no closed solid, too many triangles.
+// A mesh, scaled so that the longer of its sides across is width_mm; 0: not scaled. Errors: those
+// of read_mesh; not a closed solid; too many triangles.
 Result<Tool> mesh_stamp(const std::filesystem::path& file, double width_mm);
 
 }  // namespace kibori

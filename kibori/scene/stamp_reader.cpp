@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a mesh tool of a scene is made of: a mesh file, letters, or a picture.
+// Reads the source of a scene's mesh tool: a mesh file, letters, or a picture.
 #include <kibori/scene/scene_reader.h>
 
 #include <memory>
@@ -10,17 +10,18 @@
 namespace kibori {
 namespace {
 
-// Which keys go together.
+// Checks which keys go together.
 void check_keys(const TableReader& t) {
-  const auto goes_with = [&](const char* key, const char* what) {
-    if (t.has(key) && !t.has(what)) t.fail(key, t.full(key) + " goes with " + what);
+  const auto belongs_to = [&](const char* key, const char* what) {
+    if (t.has(key) && !t.has(what)) t.fail(key, t.full(key) + " needs " + what);
   };
-  goes_with("font", "text");
-  goes_with("size", "text");
-  goes_with("invert", "picture");
+  belongs_to("font", "text");
+  belongs_to("size", "text");
+  belongs_to("invert", "picture");
   if (t.has("width") && t.has("text"))
-    t.fail("width", t.full("letters are as wide as their size makes them"));
-  if (t.has("depth") && t.has("file")) t.fail("depth", t.full("a mesh is as deep as it is"));
+    t.fail("width", t.full("width does not apply to text; set size"));
+  if (t.has("depth") && t.has("file"))
+    t.fail("depth", t.full("depth does not apply to a mesh file; scale it with width"));
 }
 
 void read_size(const TableReader& t, const char* key, double& value) {
@@ -31,7 +32,8 @@ Result<Tool> read_letters(SceneReader& reader, const TableReader& t) {
   Lettering letters;
   letters.text = t.text("text");
   if (t.has("font")) letters.font = t.text("font");
-  // Of a file as any other: beside the scene, and only where it may name files.
+  // A font file follows the rules of all files: relative to the scene, and only if it may name
+  // files.
   if (letters.font.find('/') != std::string::npos) letters.font = reader.file(t, "font").string();
   if (t.failed()) return Error{""};
   read_size(t, "size", letters.height_mm);

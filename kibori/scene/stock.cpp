@@ -7,14 +7,15 @@
 #include <kibori/base/memory.h>
 #include <kibori/edit/edit.h>
 #include <kibori/formats/mesh_file.h>
-#include <kibori/formats/nrrd.h>
+#include <kibori/formats/volume_file.h>
+#include <kibori/geometry/mesh_repair.h>
 #include <kibori/solid/dexel_solid.h>
 #include <kibori/solid/grid_solid.h>
 
 namespace kibori {
 
 Status check_memory(const Lattice& lattice, bool mesh) {
-  // When every tile holds something of its own, and the import besides.
+  // Assumes that no tile is shared. Adds the memory of the import.
   double need = 0;
   for (int i = 0; i < 3; i++) {
     const double rays = static_cast<double>(lattice.nodes[i]) * lattice.nodes[(i + 1) % 3];
@@ -24,7 +25,7 @@ Status check_memory(const Lattice& lattice, bool mesh) {
   if (!(there > 0 && need > there)) return Ok{};
   char text[200];
   std::snprintf(text, sizeof text,
-                "pitch %g mm would take about %.1f GB and %.1f GB are free; use a coarser pitch "
+                "pitch %g mm needs about %.1f GB, and %.1f GB are free; use a coarser pitch "
                 "(%.3g mm fits)",
                 lattice.pitch_mm, need / 1e9, there / 1e9,
                 lattice.pitch_mm * std::sqrt(need / (0.8 * there)));
@@ -43,18 +44,28 @@ Result<MeshStock> stock_of_mesh(const TriangleMesh& mesh, double pitch_mm, doubl
     char text[200];
     std::snprintf(
         text, sizeof text,
-        "reaches %.4g mm from the origin, and at pitch %g mm only %.4g mm can be told apart; move "
-        "it nearer or "
-        "use a coarser pitch",
+        "reaches %.4g mm from the origin, and at pitch %g mm the limit is %.4g mm; move it nearer "
+        "to the origin or use a coarser pitch",
         farthest, pitch_mm, kMaxFromOrigin * pitch_mm);
     return Error{text};
   }
   if (const Status fits = check_memory(placed, true); !fits) return Error{fits.error()};
-  MeshStock stock{std::make_unique<TriDexel>(placed), {}};
-  Result<ScanReport> report = scan_convert(*stock.model, mesh, material, {force, threads});
+  MeshStock stock{std::make_unique<TriDexel>(placed), {}, {}};
+  TriangleMesh sound;
+  if (std::optional<MeshRepair> repair = repair_mesh(mesh)) {
+    stock.repairs = repair->warning();
+    sound = {mesh.vertices, std::move(repair->triangles)};
+  }
+  Result<ScanReport> report =
+      scan_convert(*stock.model, stock.repairs.empty() ? mesh : sound, material, {force, threads});
   if (!report) return Error{report.error()};
   stock.report = report.value();
   return stock;
+}
+
+std::string MeshStock::warning() const {
+  const std::string scanned = report.warning();
+  return repairs.empty() || scanned.empty() ? repairs + scanned : repairs + "; " + scanned;
 }
 
 bool change_material(TriDexel& model, const Solid& solid, uint8_t material,
@@ -62,7 +73,7 @@ bool change_material(TriDexel& model, const Solid& solid, uint8_t material,
   TriDexel within(model.snapshot(), model.material_bounds());
   Removed changed;
   intersect(within, solid, edit, changed);
-  if (!(within.volume_mm3() > 0)) return false;
+  if (within.empty()) return false;
   const DexelSolid part(within.snapshot(), within.material_bounds());
   cut(model, part, edit, changed);
   deposit(model, part, material, edit, changed);
@@ -94,8 +105,7 @@ Result<std::unique_ptr<TriDexel>> stock_of_labels(const LabelVolume& volume,
     change_material(*model, GridSolid(share, Vec3::Zero(), lattice.value()), materials.at(label),
                     edit);
   }
-  if (!(model->volume_mm3() > 0))
-    return Error{"volume holds no material at this pitch; use a finer one"};
+  if (model->empty()) return Error{"volume holds no material at this pitch; use a finer one"};
   return model;
 }
 
@@ -128,7 +138,7 @@ namespace {
 using Made = Result<std::unique_ptr<TriDexel>>;
 constexpr const char* kNothing = "holds no material at this pitch; use a finer one";
 
-// What f(model, size) puts within bounds from the origin to the shape's size.
+// Makes a lattice from the origin to the shape's size, and a model in it that f(model, size) fills.
 template <class F>
 Made put_in(const Stock& stock, F&& f) {
   const Vec3 size = size_mm(stock.shape);
@@ -140,11 +150,11 @@ Made put_in(const Stock& stock, F&& f) {
     if (const Status fits = check_memory(lattice.value(), false); !fits) return Error{fits.error()};
   auto model = std::make_unique<TriDexel>(lattice.value());
   f(*model, size);
-  if (!(model->volume_mm3() > 0)) return Error{kNothing};
+  if (model->empty()) return Error{kNothing};
   return model;
 }
 
-// A tool that stands with its tip below the middle of the bounds.
+// Deposits a tool whose tip is below the middle of the bounds.
 void put(const Tool& tool, TriDexel& model, const Vec3& size, const Stock& stock, int threads) {
   EditOptions edit;
   edit.threads = threads;
@@ -172,29 +182,32 @@ Made make(const StockCylinder&, const Stock& stock, const StockOptions& options)
   });
 }
 
-// The mesh, with its bounds from the origin on. `name`: of its file, for messages.
+// Returns a model of the mesh, with its lower corner moved to the origin. `name` begins messages.
 Made make_of(TriangleMesh mesh, const std::optional<double>& fit_mm, const std::string& name,
              const std::string& file, const Stock& stock, const StockOptions& options) {
   const Box box = mesh.bounds();
   const double longest = box.size().maxCoeff();
-  if (!(longest > 0)) return Error{name + "has no extent"};
+  if (!(longest > 0)) return Error{name + "has no extent; use a solid mesh"};
   if (fit_mm && !(*fit_mm > 0 && std::isfinite(*fit_mm)))
-    return Error{"fit must be a number of mm above 0"};
+    return Error{"fit must be a finite number of mm above 0"};
   const double scale = fit_mm ? *fit_mm / longest : 1;
   for (Vec3& p : mesh.vertices) p = (p - box.min) * scale;
   Result<MeshStock> made =
       stock_of_mesh(mesh, stock.pitch_mm, stock.room_mm.value_or(0.1 * longest * scale),
                     stock.material, options.threads, options.force);
   if (!made) return Error{name + made.error()};
-  const ScanReport& report = made.value().report;
-  if (report.repaired() && options.warning) options.warning(file + ": " + report.warning());
-  if (!(made.value().model->volume_mm3() > 0)) return Error{kNothing};
+  const std::string warning = made.value().warning();
+  if (!warning.empty() && options.warning) options.warning(file + ": " + warning);
+  if (made.value().model->empty()) return Error{kNothing};
   return std::move(made.value().model);
 }
 
 Made make(const StockMesh& shape, const Stock& stock, const StockOptions& options) {
-  Result<TriangleMesh> mesh = read_mesh(shape.file);
+  std::vector<std::string> notes;
+  Result<TriangleMesh> mesh = read_mesh(shape.file, &notes);
   if (!mesh) return Error{"mesh " + mesh.error()};
+  if (options.warning)
+    for (const std::string& note : notes) options.warning(note);
   const Mat3 turn = rotation(shape.orientation);
   for (Vec3& p : mesh.value().vertices) p = turn * p;
   const std::string file = shape.file.string();
@@ -210,18 +223,21 @@ Made make(const StockRelief& shape, const Stock& stock, const StockOptions& opti
                  options);
 }
 
-// Each label's voxels of its material.
+// Each label's voxels become its material.
 Made make(const StockVolume& shape, const Stock& stock, const StockOptions& options) {
-  const Result<LabelVolume> read = read_nrrd(shape.file);
+  const Result<LabelVolume> read = read_volume(shape.file);
   if (!read) return Error{"volume " + read.error()};
   const LabelVolume& volume = read.value();
   const std::vector<uint16_t> labels = labels_of(volume);
-  if (labels.empty()) return Error{"volume holds nothing but air"};
+  if (labels.empty())
+    return Error{"volume " + shape.file.string() +
+                 ": has no label above 0, so it holds only air; check the file"};
   for (const uint16_t label : labels) {
     if (shape.labels.contains(label)) continue;
     const auto name = volume.names.find(label);
-    return Error{"labels does not say which material label " + std::to_string(label) +
-                 (name == volume.names.end() ? "" : " (" + name->second + ")") + " is of"};
+    return Error{"labels has no material for label " + std::to_string(label) +
+                 (name == volume.names.end() ? "" : " (" + name->second + ")") +
+                 "; add it, as in labels = { " + std::to_string(label) + " = \"oak\" }"};
   }
   return stock_of_labels(volume, shape.labels, stock.pitch_mm, stock.room_mm, options.threads);
 }
@@ -236,7 +252,10 @@ Result<std::unique_ptr<TriDexel>> make_stock(const Stock& stock, const std::stri
                                              const StockOptions& options) {
   Made made =
       std::visit([&](const auto& shape) { return make(shape, stock, options); }, stock.shape);
-  if (!made) return Error{at_line(scene_file, stock.line) + ": [stock] " + made.error()};
+  // A stock of the studio or of Python has no line.
+  if (!made)
+    return Error{at_line(scene_file, stock.line) + (stock.line > 0 ? ": [stock] " : ": ") +
+                 made.error()};
   TriDexel& model = *made.value();
   EditOptions edit;
   edit.threads = options.threads;

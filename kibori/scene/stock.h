@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Stock to carve: what is said of it, and the model that it becomes, with memory looked at first.
+// Stock to carve: its description, and the model made from it. Checks the memory before.
 #pragma once
 
 #include <cstdint>
@@ -25,8 +25,8 @@
 
 namespace kibori {
 
-// What of a stock lies within a tool's shape that stands so is of another material, as dentine lies
-// within enamel. Later ones lie within, or over, earlier ones.
+// A layer: the part of a stock within a tool's shape gets another material, as dentine within
+// enamel. Later layers replace earlier ones.
 struct StockLayer {
   Tool shape;
   Pose pose;
@@ -53,7 +53,7 @@ struct StockMesh {
   static constexpr const char* kKind = "mesh";
   std::filesystem::path file = {};
   std::optional<double> fit_mm = {};  // scaled so that its longest side is this
-  Orientation orientation = {};       // how it stands
+  Orientation orientation = {};       // orientation of the mesh
 };
 struct StockRelief {  // of a picture
   static constexpr const char* kKind = "relief";
@@ -63,7 +63,7 @@ struct StockRelief {  // of a picture
 struct StockVolume {  // of labels
   static constexpr const char* kKind = "volume";
   std::filesystem::path file = {};
-  std::map<uint16_t, uint8_t> labels = {};  // the material of each
+  std::map<uint16_t, uint8_t> labels = {};  // the material of each label
 };
 using StockShape =
     std::variant<StockBlock, StockSphere, StockCylinder, StockMesh, StockRelief, StockVolume>;
@@ -74,50 +74,54 @@ struct Stock {
   std::optional<double> room_mm;  // space around the stock
   uint8_t material = 0;
   std::vector<StockLayer> layers;
-  int line = 0;  // in the file
+  std::optional<LogCut> log;  // how it was cut; null: as its material defines
+  int line = 0;               // in the file
 };
 
-// Of what is no file; 0 of what is.
+// Size of a shape that is not a file; 0 for files.
 Vec3 size_mm(const StockShape& shape);
-// The file that it is made of; null: none.
+// The file of the stock; null if it has none.
 const std::filesystem::path* file_of(const Stock& stock);
 std::filesystem::path* file_of(Stock& stock);
 
 struct StockOptions {
   int threads = 1;     // results do not depend on it
-  bool force = false;  // accept a mesh whose rays mostly disagree
-  std::function<void(const std::string&)> warning = nullptr;  // one sentence each
+  bool force = false;  // accept a mesh even if many of its rays are open
+  std::function<void(const std::string&)> warning = nullptr;  // called with one sentence each
 };
 
-// The model of a stock. `scene_file`: for messages. Errors: what the stock can't be, a file that
-// can't be read, more memory than there is.
+// Makes the model of a stock. `scene_file`: for messages. Errors: an impossible stock; a file that
+// cannot be read; not enough memory.
 Result<std::unique_ptr<TriDexel>> make_stock(const Stock& stock, const std::string& scene_file,
                                              const StockOptions& options);
 
-// Ok, or one sentence saying how much memory a model of this lattice can take and which pitch would
-// fit. mesh: scan conversion takes its share.
+// Returns Ok, or one sentence with the memory that a model of this lattice needs and a pitch that
+// would fit. mesh: includes the memory of scan conversion.
 Status check_memory(const Lattice& lattice, bool mesh);
 
 struct MeshStock {
   std::unique_ptr<TriDexel> model;
   ScanReport report;
+  std::string repairs;  // repair_mesh: one sentence; empty if there were none
+  // All repairs; empty if there were none.
+  std::string warning() const;
 };
 
-// The mesh as a model, in its own coordinates, with room_mm of space around it. Errors: those of
-// make_lattice, check_memory and scan_convert.
+// Makes a model of the mesh after repair_mesh, in its own coordinates, with room_mm of space around
+// it. Errors: those of make_lattice, check_memory and scan_convert.
 Result<MeshStock> stock_of_mesh(const TriangleMesh& mesh, double pitch_mm, double room_mm,
                                 uint8_t material, int threads, bool force);
 
-// A labelled volume, its lower corner at the origin: the voxels of each label are of the material
-// that `materials` says, which must name all that the volume has; there must be some. Errors: those
-// of make_lattice and check_memory; nothing is there at this pitch.
+// Makes a model of a labelled volume, with its lower corner at the origin. `materials` gives the
+// material of each label. It must contain all labels of the volume and must not be empty. Errors:
+// those of make_lattice and check_memory; no material at this pitch.
 Result<std::unique_ptr<TriDexel>> stock_of_labels(const LabelVolume& volume,
                                                   const std::map<uint16_t, uint8_t>& materials,
                                                   double pitch_mm, std::optional<double> room_mm,
                                                   int threads);
 
-// What the model has within a solid becomes of another material, its faces bit for bit as they
-// were. False: it has nothing there.
+// Changes the material of what the model has within a solid. The faces stay the same bit for bit.
+// Returns false if the model has nothing there.
 bool change_material(TriDexel& model, const Solid& solid, uint8_t material,
                      const EditOptions& edit);
 

@@ -4,19 +4,13 @@
 #include <algorithm>
 #include <type_traits>
 
-#include <nlohmann/json.hpp>
-
+#include <kibori/base/json.h>
 #include <kibori/body/bodies.h>
 #include <kibori/document/codec.h>
 
 namespace kibori {
 namespace {
 
-using Json = nlohmann::json;
-
-Json parse(const std::string& text) {
-  return Json::parse(text, nullptr, /*allow_exceptions=*/false);
-}
 std::string text_of(const Json& json) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
@@ -25,13 +19,13 @@ Json layer_to_json(const StockLayer& layer) {
   Json pose = Json::array();
   for (const double number : layer.pose.tip) pose.push_back(number);
   for (const double number : layer.pose.frame.reshaped()) pose.push_back(number);
-  return {{"tool", Json::parse(tool_to_json(layer.shape))},
+  return {{"tool", parse_json(tool_to_json(layer.shape))},
           {"pose", std::move(pose)},
           {"material", layer.material}};
 }
 
 Result<StockLayer> layer_from_json(const Json& json) {
-  const Error wrong{"has a stock whose layers can't be read"};
+  const Error wrong{"has a stock whose layers can't be read; run 'kibori verify'"};
   StockLayer layer;
   if (!json.is_object()) return wrong;
   Result<Tool> shape = tool_from_json(json.value("tool", Json()).dump());
@@ -49,7 +43,7 @@ Result<StockLayer> layer_from_json(const Json& json) {
   return layer;
 }
 
-// 0 where there is none.
+// 0 if there is none.
 double number(const Json& json, const char* key) {
   const auto found = json.find(key);
   return found != json.end() && found->is_number() ? found->get<double>() : 0;
@@ -64,7 +58,8 @@ bool read_axis(const Json& json, const char* key, SignedAxis& axis) {
   return read.has_value();
 }
 
-// What a shape has beyond its size and its file, into the JSON; and all but its file from there.
+// put: writes a shape's fields except its size and file to the JSON. read: reads all fields except
+// the file.
 void put(const StockBlock&, Json&) {}
 bool read(const Json&, const Vec3& size, StockBlock& shape) {
   shape.size_mm = size;
@@ -140,7 +135,7 @@ std::string stock_to_json(const Stock& stock, const std::string& label,
             {"pitch_mm", stock.pitch_mm},
             {"material", stock.material},
             {"label", label},
-            {"materials", Json::parse(materials_to_json(materials))}};
+            {"materials", parse_json(materials_to_json(materials))}};
   if (stock.room_mm) json["room_mm"] = *stock.room_mm;
   if (const std::filesystem::path* file = file_of(stock)) json["file"] = file->filename().string();
   const auto put_shape = [&](const auto& shape) {
@@ -153,11 +148,11 @@ std::string stock_to_json(const Stock& stock, const std::string& label,
 }
 
 std::string stock_to_json(const std::vector<Material>& materials) {
-  return text_of(Json{{"materials", Json::parse(materials_to_json(materials))}});
+  return text_of(Json{{"materials", parse_json(materials_to_json(materials))}});
 }
 
 Result<Stock> stock_from_json(const std::string& text) {
-  const Json json = parse(text);
+  const Json json = parse_json(text);
   const Error none{"does not say how its stock was made, so it can't be carved at another pitch"};
   if (!json.is_object()) return none;
   Vec3 size;
@@ -190,13 +185,13 @@ Result<Stock> stock_from_json(const std::string& text) {
 }
 
 std::string stock_label(const std::string& text) {
-  const Json json = parse(text);
+  const Json json = parse_json(text);
   const auto label = json.find("label");
   return label != json.end() && label->is_string() ? label->get<std::string>() : std::string();
 }
 
 std::vector<Material> stock_materials(const std::string& text) {
-  const Json stock = parse(text);
+  const Json stock = parse_json(text);
   if (!stock.is_object() || !stock.contains("materials")) return {};
   const Result<std::vector<Material>> read = materials_from_json(text_of(stock["materials"]));
   return read ? read.value() : std::vector<Material>();

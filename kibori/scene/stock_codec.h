@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What a document says of its stock, as JSON and back. Everything read is checked.
-// docs/documents.md describes the form. Internal: not installed.
+// Converts a stock's description in a document to JSON and back. Checks everything that it reads.
+// docs/documents.md describes the format. Internal: not installed.
 #pragma once
 
 #include <string>
@@ -15,12 +15,12 @@ namespace kibori {
 // `label`: of the start of the first move; may be empty.
 std::string stock_to_json(const Stock& stock, const std::string& label,
                           const std::vector<Material>& materials);
-// Of a model that came otherwise: it can't be made again.
+// For a model without a stock description: it cannot be made again.
 std::string stock_to_json(const std::vector<Material>& materials);
 
-// Its file is the name that it had. Errors: it does not say how the stock was made.
+// The stock's file is only its original name. Errors: the text does not describe the stock.
 Result<Stock> stock_from_json(const std::string& text);
-// Empty where it does not say.
+// Empty if the text has none.
 std::string stock_label(const std::string& text);
 std::vector<Material> stock_materials(const std::string& text);
 

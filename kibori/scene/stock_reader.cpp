@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// [stock] and [[layer]] of a scene.
+// Reads [stock] and [[layer]] of a scene.
 #include <kibori/scene/scene_reader.h>
 
 #include <charconv>
@@ -7,7 +7,7 @@
 namespace kibori {
 namespace {
 
-// Which material the voxels of each label are of: labels = { 1 = "enamel", 2 = "dentine" }.
+// Reads the material of each label: labels = { 1 = "enamel", 2 = "dentine" }.
 void read_labels(SceneReader& reader, const TableReader& t,
                  std::map<uint16_t, uint8_t>& materials) {
   const toml::node* node = t.find("labels");
@@ -62,12 +62,12 @@ StockShape read_kind(SceneReader& reader, const TableReader& t) {
   return {};
 }
 
-// The shape, if it is one of that kind; of any other these keys are refused.
+// The shape, if it is of that kind; otherwise these keys are errors.
 template <class Shape>
 Shape* only_of(const TableReader& t, Stock& stock, std::initializer_list<const char*> keys) {
   auto* const shape = std::get_if<Shape>(&stock.shape);
   for (const char* key : keys)
-    if (t.has(key) && !shape) t.fail(key, t.full(key) + " goes with " + Shape::kKind);
+    if (t.has(key) && !shape) t.fail(key, t.full(key) + " needs " + Shape::kKind);
   return shape;
 }
 
@@ -97,7 +97,7 @@ void read_layer(SceneReader& reader, const TableReader& t) {
   layer.material = reader.material(t, "material");
   std::vector<StockLayer>& layers = reader.scene.stock.layers;
   if (layers.size() >= kMaxLayers)
-    return t.fail("a scene can hold at most " + std::to_string(kMaxLayers) + " layers");
+    return t.fail("a scene may have at most " + std::to_string(kMaxLayers) + " layers; use fewer");
   layers.push_back(std::move(layer));
 }
 
@@ -108,7 +108,7 @@ void read_stock(SceneReader& reader, const TableReader& root) {
   if (!found) return;
   const TableReader& t = *found;
   t.only({"block", "mesh", "sphere", "cylinder", "relief", "pitch", "material", "fit_mm", "room_mm",
-          "width_mm", "height_mm", "base_mm", "invert", "up", "front", "volume", "labels"});
+          "width_mm", "height_mm", "base_mm", "invert", "up", "front", "volume", "labels", "log"});
   Stock& stock = reader.scene.stock;
   stock.line = t.line();
   stock.shape = read_kind(reader, t);
@@ -121,13 +121,24 @@ void read_stock(SceneReader& reader, const TableReader& root) {
     if (t.has("fit_mm")) mesh->fit_mm = t.positive("fit_mm");
   }
   stock.pitch_mm = t.positive("pitch");
-  if (t.has("room_mm")) t.at_least_zero("room_mm", stock.room_mm.emplace());
+  if (t.has("room_mm")) t.not_negative("room_mm", stock.room_mm.emplace());
   if (volume && !volume->labels.empty()) stock.material = volume->labels.begin()->second;
   if (t.has("material"))
     stock.material = reader.material(t, "material");
   else if (reader.scene.materials.empty())
     reader.add_material(t.line(), reader.default_material("material"));
-  root.for_tables("layer", "what of the stock is of another material is written as [[layer]]",
+  if (const auto log =
+          t.table("log", "log = { ring_width = 2, axis = [1, 0, 0], pith = [0, 0, -50] }")) {
+    log->only(TableReader::keys_of<LogCut>());
+    LogCut cut = reader.scene.materials[stock.material].log;
+    log->fields(cut);
+    if (log->has("pith") != log->has("axis"))
+      log->fail(log->full("axis and pith need each other; give both"));
+    if (log->has("axis") && cut.axis.isZero(0))
+      log->fail("axis", log->full("axis must not be zero"));
+    stock.log = cut;
+  }
+  root.for_tables("layer", "layers of another material are written as [[layer]]",
                   [&](const TableReader& layer) { read_layer(reader, layer); });
 }
 

@@ -90,7 +90,7 @@ double TableReader::positive(std::string_view key) const {
   return value;
 }
 
-void TableReader::at_least_zero(std::string_view key, double& value) const {
+void TableReader::not_negative(std::string_view key, double& value) const {
   if (!has(key)) return;
   value = number(key);
   if (!(value >= 0)) fail(key, full(key) + " must not be negative");
@@ -98,7 +98,7 @@ void TableReader::at_least_zero(std::string_view key, double& value) const {
 
 void TableReader::number_in(const FieldInfo& field, double& into) const {
   if (field.range == FieldRange::not_negative)
-    at_least_zero(field.name, into);
+    not_negative(field.name, into);
   else
     into = field.range == FieldRange::positive ? positive(field.name) : number(field.name);
 }
@@ -123,6 +123,16 @@ std::vector<double> TableReader::numbers(std::string_view key, size_t count) con
   std::vector<double> result;
   for (const toml::node& element : *array) result.push_back(as_number(element, full(key)));
   return result;
+}
+
+void TableReader::one_or_three(std::string_view key, std::array<double, 3>& value) const {
+  const toml::node* const node = find(key);
+  if (node && node->is_number()) {
+    value.fill(number(key));
+    return;
+  }
+  const std::vector<double> three = numbers(key, 3);
+  std::copy(three.begin(), three.end(), value.begin());
 }
 
 Vec3 TableReader::vector(std::string_view key) const {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// One table of a scene's text: its values by key, each checked. The first error stands for all;
-// what could not be read then has any value. Internal: not installed.
+// Reads and checks the values of one table of a scene, by key. Only the first error is reported;
+// values read after it are arbitrary. Internal: not installed.
 #pragma once
 
 #include <array>
@@ -27,7 +27,7 @@ std::vector<std::string> strings(const auto& names) { return {names.begin(), nam
 class SceneError {
  public:
   explicit SceneError(std::string file) : file_(std::move(file)) {}
-  void report(int line, const std::string& what);  // line 0: it has none
+  void report(int line, const std::string& what);  // line 0: no line
   void report_sentence(const std::string& sentence);
   bool found() const { return !sentence_.empty(); }
   const std::string& sentence() const { return sentence_; }
@@ -38,14 +38,14 @@ class SceneError {
 
 class TableReader {
  public:
-  // `name`: as it stands in messages; empty: the scene's root.
+  // `name`: the name in messages; empty: the scene's root.
   TableReader(SceneError& error, const toml::table& table, std::string name)
       : error_(error), table_(table), name_(std::move(name)) {}
 
   const std::string& name() const { return name_; }
   const toml::node* find(std::string_view key) const { return table_.get(key); }
   bool has(std::string_view key) const { return table_.contains(key); }
-  // Of the table; of a key of it, or of the table where that is missing.
+  // Line of the table, or of one of its keys. If the key is missing: line of the table.
   int line() const { return line_of(table_); }
   int line(std::string_view key) const;
   static int line_of(const toml::node& node) { return static_cast<int>(node.source().begin.line); }
@@ -58,20 +58,22 @@ class TableReader {
   void fail(std::string_view key, const std::string& what) const { fail(line(key), what); }
   void fail(const std::string& what) const { fail(line(), what); }
 
-  // Refuses other keys, with the nearest known one.
+  // Reports an error for any other key, and suggests the nearest known one.
   void only(const std::vector<std::string>& known) const;
 
-  // These must be there.
+  // Required values.
   double number(std::string_view key) const;
   double positive(std::string_view key) const;
   std::string text(std::string_view key) const;
   std::vector<double> numbers(std::string_view key, size_t count) const;
   Vec3 vector(std::string_view key) const;
   std::vector<Vec3> places(std::string_view key) const;
-  // These may be missing: then what is there stays.
+  // Optional values. If one is missing, the existing value stays.
   double number_or(std::string_view key, double otherwise) const;
   bool flag_or(std::string_view key, bool otherwise) const;
-  void at_least_zero(std::string_view key, double& value) const;
+  void not_negative(std::string_view key, double& value) const;
+  // A single number gives three equal ones.
+  void one_or_three(std::string_view key, std::array<double, 3>& value) const;
   void color(std::string_view key, std::array<uint8_t, 3>& value) const;
   template <Named E>
   void choice(std::string_view key, E& value, const std::string& one_of = listed<E>()) const {
@@ -82,8 +84,8 @@ class TableReader {
       fail(key, full(key) + " must be " + one_of);
   }
 
-  // The keys of a described struct, and those of its values that are given. Tables within, and what
-  // a scene says otherwise, are the caller's.
+  // The keys of a described struct, and a reader of its given values. Nested tables and special
+  // cases are left to the caller.
   template <Described T>
   static std::vector<std::string> keys_of() {
     std::vector<std::string> keys;
@@ -95,12 +97,12 @@ class TableReader {
     T::for_fields([&](const FieldInfo& field, auto member) { value(field, into.*member); });
   }
 
-  // A table of this one; none where it is missing, or fails. `example`: what it may look like.
+  // A table in this one; none if it is missing or invalid. `example`: for the message.
   std::optional<TableReader> table(std::string_view key, const std::string& example) const;
   // [key] of the root.
   std::optional<TableReader> section(std::string_view key, bool required) const;
-  // Those of [[key]] of the root, up to the first error. `otherwise`: what is said where they are
-  // none.
+  // Calls f for the tables [[key]] of the root, up to the first error. `otherwise`: the message if
+  // they are not tables.
   template <class F>
   void for_tables(std::string_view key, const std::string& otherwise, F&& f) const {
     const toml::array* const list = tables(key, otherwise);
@@ -126,6 +128,8 @@ class TableReader {
       into = text(key);
     else if constexpr (std::is_same_v<Value, Vec3>)
       into = vector(key);
+    else if constexpr (std::is_same_v<Value, std::array<double, 3>>)
+      one_or_three(key, into);
     else if constexpr (!Described<Value>)
       color(key, into);
   }

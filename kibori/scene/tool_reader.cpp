@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Tools of a scene: [tool], a move's own, and shapes that stand in the stock.
+// Reads tools of a scene: [tool], a move's own, and shapes in the stock.
 #include <kibori/scene/scene_reader.h>
+#include <kibori/scene/tool_presets.h>
 
 namespace kibori {
 namespace {
@@ -8,9 +9,28 @@ namespace {
 void read_number(const TableReader& t, const char* key, double& value) { value = t.positive(key); }
 void read_number(const TableReader& t, const char* key, Vec3& value) { value = t.vector(key); }
 
+// The tool that `preset` names. Nothing if there is no such preset, or if `shape` is also given.
+std::optional<Tool> read_preset(const TableReader& t) {
+  const std::string name = t.text("preset");
+  if (const ToolPreset* const preset = find_tool_preset(name); preset && !t.has("shape"))
+    return preset->tool;
+  std::vector<std::string> names;
+  for (const ToolPreset& preset : tool_presets()) names.emplace_back(preset.name);
+  t.fail("preset", t.has("shape") ? "a preset has its shape; leave off one of the two"
+                                  : "unknown preset \"" + sanitize_message(name) +
+                                        "\"; did you mean \"" + nearest(name, names) + "\"?");
+  return std::nullopt;
+}
+
 }  // namespace
 
 Tool read_tool(SceneReader& reader, const TableReader& t, const Tool* inherited) {
+  std::optional<Tool> preset;
+  if (t.has("preset")) {
+    preset = read_preset(t);
+    if (!preset) return {};
+    inherited = &*preset;
+  }
   if (!t.has("shape") && !inherited) {
     t.fail(t.full("shape") + " is missing");
     return {};
@@ -22,11 +42,11 @@ Tool read_tool(SceneReader& reader, const TableReader& t, const Tool* inherited)
                         nearest(shape, strings(kToolShapes)) + "\"?");
     return {};
   }
-  // A key left out keeps the value of the tool before, if that has the same shape.
+  // A missing key keeps the value of the previous tool, if that has the same shape.
   const bool keep = inherited && inherited->index() == known->index();
   Tool tool = keep ? *inherited : *known;
   const bool is_mesh = std::holds_alternative<MeshTool>(tool);
-  std::vector<std::string> keys = {"shape"};
+  std::vector<std::string> keys = {"shape", "preset"};
   for_tool_numbers(tool, [&](const char* key, const auto&) { keys.emplace_back(key); });
   if (is_mesh) keys.insert(keys.end(), stamp_keys().begin(), stamp_keys().end());
   t.only(keys);

@@ -15,8 +15,8 @@ HWY_BEFORE_NAMESPACE();
 namespace kibori {
 namespace HWY_NAMESPACE {
 
-// The formula of ball.h for one row of lanes; `old` are those that belong to the first pose at both
-// ends.
+// The formula of ball.h for one row of lanes. `old` marks lanes whose two ends belong to the first
+// pose.
 struct Ends {
   VF lo, hi;
   MF live, old;
@@ -32,7 +32,7 @@ HWY_INLINE Ends SweepEnds(const SweptBall::View& k, VF u, float v_row, VF code_s
       hn::Mul(hn::Sqrt(hn::Max(hn::Sub(r2, hn::Mul(across, across)), zero)), F(k.shift));
   const VF s_lo = hn::Min(hn::Max(hn::Sub(s0, turn), s_min), s_max);
   const VF s_hi = hn::Min(hn::Max(hn::Add(s0, turn), s_min), s_max);
-  // From the ball's centre at s to the ray, and R^2 less that distance squared.
+  // The vector from the ball's centre at s to the ray, and R^2 minus its squared length.
   struct Pose {
     VF u, v, rest;
   };
@@ -41,8 +41,9 @@ HWY_INLINE Ends SweepEnds(const SweptBall::View& k, VF u, float v_row, VF code_s
     return Pose{pu, pv, hn::Sub(hn::Sub(r2, hn::Mul(pv, pv)), hn::Mul(pu, pu))};
   };
   const Pose lo = at(s_lo), hi = at(s_hi);
-  // Whether the ray is met at all shows at the pose nearest to it. (The rests at s_lo and s_hi may
-  // drown in rounding: where the motion is nearly along the ray, both ends are on the ball's rim.)
+  // The pose nearest to the ray decides if the ray meets the sweep. The rests at s_lo and s_hi are
+  // no safe test. If the motion is nearly along the ray, both ends are on the ball's rim, and
+  // rounding hides them.
   const Pose nearest = at(hn::Min(hn::Max(s0, s_min), s_max));
   Ends ends;
   ends.live = hn::Gt(nearest.rest, zero);
@@ -56,8 +57,9 @@ HWY_INLINE Ends SweepEnds(const SweptBall::View& k, VF u, float v_row, VF code_s
   return ends;
 }
 
-// What one field's rays see of the ball's two end poses in a tile, row by row. Which way a row is
-// computed must not depend on the vector's width: it is decided here, for the 16 lanes together.
+// How one field's rays meet the ball's two end poses in a tile, row by row. The choice of the
+// method for a row must not depend on the vector width. Therefore, Classify makes it for all 16
+// lanes together.
 struct RowClasses {
   // The row's distance from the centre at s = 0, and at the last pose.
   alignas(64) float v[kTileSide], v1[kTileSide];
@@ -65,17 +67,21 @@ struct RowClasses {
   // Some lane meets the ball at the last pose.
   unsigned live;
   unsigned near;  // some lane may meet the sweep
-  unsigned old;   // all lanes have the first pose nearest
-  unsigned last;  // all lanes have the last pose nearest
-  // All lanes have View::overlap in both poses.
+  unsigned old;   // the first pose is nearest on all lanes
+  unsigned last;  // the last pose is nearest on all lanes
+  // On all lanes, both poses reach View::overlap.
   unsigned deep;
 };
 
 HWY_INLINE void Classify(const SweptBall::View& k, float u_base, float v_base, RowClasses& rows) {
   const DF d;
-  // With w the ray's offset from the ball's centre at a pose, dot = w.p and q = half the chord, an
-  // exit belongs to the last pose where md q + dot >= 0 and to the first where md q + dot <= 0; an
-  // entry where md q <= dot and md q >= dot. q <= R settles it for a whole row.
+  // Let w be the ray's offset from the ball's centre at a pose, dot = w.p, and q half the chord.
+  //
+  //           last pose         first pose
+  //   exit    md q + dot >= 0   md q + dot <= 0
+  //   entry   md q <= dot       md q >= dot
+  //
+  // The bound q <= R decides this for a whole row.
   const float reach = k.reach;
   const float v_first = k.motion_v * k.s_min, v_last = k.motion_v * k.s_max, u_end = u_base + 15.0f;
   const float shift0 = k.s_min * k.motion_u, shift1 = k.s_max * k.motion_u;
@@ -111,24 +117,24 @@ HWY_INLINE void Classify(const SweptBall::View& k, float u_base, float v_base, R
   }
 }
 
-// In short motions nearly every row has both ends at one of the end poses (RowClasses), which is a
-// short formula; the others take SweepEnds. A ball's normal is the way from its centre to the ray,
-// so it comes along.
+// In a short motion, nearly every row has both ends at one end pose (RowClasses). That formula is
+// short. The other rows use SweepEnds. A ball's normal is the direction from its centre to the ray,
+// so this function computes it too.
 void BallSpans(const SweptBall::View& view, float u_base, float v_base, SpanLayer& out) {
   const DF d;
   const DU du;
-  const SweptBall::View k = view;  // a copy, which stores to `out` can't change
+  const SweptBall::View k = view;  // a copy, which a store to `out` cannot change
   const float md = k.motion_d;
   RowClasses row_class;
   Classify(k, u_base, v_base, row_class);
-  // A clear start pose: where both ends still belong to it, the sweep brings nothing new.
+  // With a clear start pose, a row adds nothing if both its ends belong to that pose.
   const unsigned fresh = row_class.near & (k.start_is_clear ? ~row_class.old : ~0u);
   if (!fresh) {
     out.rows = 0;
     return;
   }
-  // Head on, where the poses overlap on the rays, what is behind the last one is inside the first:
-  // the last will do alone.
+  // The ball moves along the rays. If the poses overlap on a ray, the last pose has the new end.
+  // Its other end is inside the first pose. Therefore, the last pose is enough.
   const unsigned head_on = k.head_on ? fresh & ~row_class.deep : 0;
   const unsigned last = fresh & (k.head_on ? row_class.deep : row_class.last & row_class.live);
   const VF zero = hn::Zero(d), far = F(kFar), minus_far = F(-kFar);
@@ -148,7 +154,8 @@ void BallSpans(const SweptBall::View& view, float u_base, float v_base, SpanLaye
       const auto row = static_cast<size_t>(__builtin_ctz(left));
       const size_t slot = row * kTileSide + g * kLanes;
       const VF rest1 = hn::Sub(F(row_class.rest1[row]), u1_squared);
-      const VF q1 = hn::Sqrt(hn::Max(rest1, zero));  // 0 where the ray passes by: an empty interval
+      // 0 if the ray misses the ball: an empty interval
+      const VF q1 = hn::Sqrt(hn::Max(rest1, zero));
       hn::Store(hn::Sub(centre1, q1), d, out.lo + slot);
       hn::Store(hn::Add(centre1, q1), d, out.hi + slot);
       const VU code = hn::Or(lane_code, hn::Set(du, row_code[row]));
@@ -156,8 +163,8 @@ void BallSpans(const SweptBall::View& view, float u_base, float v_base, SpanLaye
       hn::Store(code, du, out.codes.hi + slot);
     }
     for (unsigned left = head_on; left; left &= left - 1) {
-      // Moving along the rays from a clear start: one end is new, the other anywhere inside the
-      // start pose.
+      // The motion is along the rays and the start is clear. One end is new. The other end may be
+      // anywhere inside the start pose.
       const auto row = static_cast<size_t>(__builtin_ctz(left));
       const size_t slot = row * kTileSide + g * kLanes;
       const VF rest0 = hn::Sub(F(row_class.rest0[row]), u0_squared);
@@ -202,13 +209,15 @@ HWY_AFTER_NAMESPACE();
 namespace kibori {
 HWY_EXPORT(BallSpans);
 
-// What float32 rounding can take from a bound: a thousandth of it, and so much besides, of squares
-// [lattice units^2] and of products with a motion. Smaller, and rays at a tool's rim flicker
-// between two ways of finding their ends; larger, and more rays take the slower way.
+// Slack for float32 rounding in a bound: a relative part (kWider) and an absolute part. kWider2 is
+// for squares [lattice units^2]. kReachSlack is for products with a motion. If they are smaller,
+// rays at a tool's rim flicker between two ways to find their ends. If they are larger, more rays
+// take the slower way.
 constexpr double kWider = 1.001, kWider2 = 1e-3, kReachSlack = 1e-5;
-// A normal's length over the ball's radius, so that rounding leaves no component above 1.
+// Length of a normal divided by the ball's radius. It is below 1, so that rounding leaves no
+// component above 1.
 constexpr double kInUnit = 0.9999;
-// A shift along the ray that no clamp to an end pose can miss.
+// A shift along the ray so large that the clamp always selects an end pose.
 constexpr double kBeyondClamp = 1e10;
 
 SweptBall::SweptBall(const LatticePoint& centre, const LatticeVector& motion, double radius,
@@ -236,7 +245,7 @@ SweptBall::SweptBall(const LatticePoint& centre, const LatticeVector& motion, do
     k.step_v = static_cast<float>(k.along_v);
     k.normal_u = static_cast<float>(has_flat ? mu / flat : 0);
     k.normal_v = static_cast<float>(has_flat ? mv / flat : 0);
-    // Along the ray the ends belong to the two end poses outright: a shift no clamp can miss.
+    // If the motion is along the ray, the ends belong to the two end poses.
     k.shift = static_cast<float>(has_flat ? md / (flat * length)
                                  : md > 0 ? kBeyondClamp
                                  : md < 0 ? -kBeyondClamp
@@ -245,11 +254,11 @@ SweptBall::SweptBall(const LatticePoint& centre, const LatticeVector& motion, do
     k.code_scale = static_cast<float>(kInUnit / radius);
     k.reach = static_cast<float>(std::abs(md) * radius * kWider + kReachSlack);
     k.centre_depth = static_cast<float>(k.centre_d);
-    // Between the poses the squared half chord is at most this much larger than at the nearer one:
+    // Between the poses, the squared half chord exceeds that of the nearer pose by at most
     // (R + |p|)^2 - R^2.
     k.widening = static_cast<float>((2 * radius * flat + flat2) * kWider + kWider2);
-    // Moving along the rays, an end belongs to its pose for sure where md q >= R |p|: squared half
-    // chords from here up.
+    // If the motion is along the rays, an end belongs to its pose if md q >= R |p|. `rim` is the
+    // squared half chord of that bound.
     const double rim = md != 0 ? radius * flat / md : 0;
     k.rim = static_cast<float>(rim * rim * kWider + kWider2);
     k.overlap = std::max(k.rim, static_cast<float>(0.2501 * md * md + kWider2));

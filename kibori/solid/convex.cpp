@@ -14,33 +14,33 @@ HWY_BEFORE_NAMESPACE();
 namespace kibori {
 namespace HWY_NAMESPACE {
 
-// A plane whose depth changes by less than this a lattice unit along a line runs along it: it clips
-// the line nowhere or everywhere. Unit normals have float32 rounding of 1e-7, so none is met by
-// chance. Larger, and steep faces are passed by; smaller, and their bounds overflow.
+// If a plane's depth changes by less than this per lattice unit along a line, the two are parallel.
+// The plane then clips the line nowhere or everywhere. Unit normals have float32 rounding of 1e-7,
+// so no plane meets this by chance. If it is larger, the solver ignores steep faces. If it is
+// smaller, their bounds overflow.
 constexpr float kParallel = 1e-12f;
-// Curvature [1/lattice unit^2] that stands for none, so that a quadratic without one still has two
-// roots, the second at infinity. Smaller, and its product with an offset underflows.
+// Curvature [1/lattice unit^2] that replaces zero, so that a quadratic always has two roots. The
+// second root is then near infinity. If it is smaller, its product with an offset underflows.
 constexpr float kNoCurve = 1e-18f;
-// The least discriminant: its root keeps c / w from being 0 / 0 where a ray touches. A cell^2 of it
-// would show.
+// Minimum of the discriminant. Its root prevents 0 / 0 in c / w where a ray touches. A value near
+// one cell^2 would be visible.
 constexpr float kMinDiscriminant = 1e-36f;
-// A quadric that curves less along the motion than this [1/lattice unit^2] has no silhouette of its
-// own.
+// If a quadric curves less along the motion than this [1/lattice unit^2], it has no silhouette.
 constexpr float kNoSilhouette = 1e-20f;
-// A ray meets a face steeply where the sine of their angle is more than this.
+// A ray is steep to a face if the sine of their angle exceeds this.
 constexpr float kSteep = 0.5f;
-// How far [share of the point's place in the tool's frame] a point may lie on the wrong side of a
-// cone's apex: float32 rounding (2^-24) of some five terms. Smaller, and a ray that meets the path
-// of the apex loses its end; larger, and the sweep is that much longer there.
+// Tolerance for a point on the wrong side of a cone's apex, relative to its coordinates in the
+// tool's frame. It is the float32 rounding (2^-24) of some five terms. If it is smaller, a ray that
+// meets the apex's path loses its end. If it is larger, the sweep is longer there by that amount.
 constexpr float kApexRounding = 1e-6f;
 
 struct Interval {
   VF lo, hi;
 };
 
-// Where a x^2 + 2 b x + c >= 0, as the one interval the convex body has there. `a` is the same for
-// all lanes. a < 0 (always, for a concave quadric): between the roots. a > 0 (cone): one side of
-// them, up if `upward`.
+// The one interval of the convex body in which a x^2 + 2 b x + c >= 0. `a` is the same for all
+// lanes. If a < 0 (always for a concave quadric), it is between the roots. If a > 0 (cone), it is
+// on one side of them, above if `upward`.
 HWY_INLINE Interval Solve(float a, VF b, VF c, bool cone, bool upward) {
   const DF d;
   if (!cone || std::abs(a) < kParallel) a = std::min(a, -kNoCurve);
@@ -48,7 +48,7 @@ HWY_INLINE Interval Solve(float a, VF b, VF c, bool cone, bool upward) {
   const VF disc = hn::Sub(hn::Mul(b, b), hn::Mul(va, c));
   const MF real = hn::Ge(disc, hn::Zero(d));
   const VF root = hn::Sqrt(hn::Max(disc, F(kMinDiscriminant)));
-  const VF w = hn::Neg(hn::Add(b, hn::CopySign(root, b)));  // never cancels
+  const VF w = hn::Neg(hn::Add(b, hn::CopySign(root, b)));  // no cancellation
   const VF r1 = hn::Div(w, va), r2 = hn::Div(c, w);
   const VF lo = hn::Min(r1, r2), hi = hn::Max(r1, r2);
   if (a < 0) return {hn::IfThenElse(real, lo, F(kFar)), hn::IfThenElse(real, hi, F(-kFar))};
@@ -56,7 +56,7 @@ HWY_INLINE Interval Solve(float a, VF b, VF c, bool cone, bool upward) {
   return {F(-kFar), lo};
 }
 
-// As Solve, of a body without a quadric: everywhere.
+// Solve for a body without a quadric.
 HWY_INLINE Interval Everywhere() { return {F(-kFar), F(kFar)}; }
 
 // Clips [lo, hi] by slope x + offset >= 0; slope is the same for all lanes.
@@ -74,8 +74,7 @@ HWY_INLINE void Clip(Interval& x, float slope, VF offset) {
     x.hi = hn::Min(x.hi, bound);
 }
 
-// One ray's (row of rays') problem; kNormals also carries the outward normal of whatever made each
-// end.
+// Solves one row of rays. With kNormals, it also computes the outward normal at each end.
 template <bool kNormals>
 struct RowSolver {
   const SweptConvex::View& k;
@@ -144,8 +143,8 @@ struct RowSolver {
     }
   }
 
-  // A point of the rim where faces g and p meet, swept: the normal is the mix of theirs that is
-  // square to the motion.
+  // A point of the swept rim where faces g and p meet. Its normal is the combination of their
+  // normals that is perpendicular to the motion.
   HWY_INLINE void OfferRim(MF valid, VF t, VF gu, VF gv, VF gt, int j, bool for_lo, bool for_hi) {
     const VF pu = F(-k.nu[j]), pv = F(-k.nv[j]), pt = F(-k.nt[j]);
     const VF gm =
@@ -159,9 +158,9 @@ struct RowSolver {
   HWY_INLINE void AtPose(float s) {
     const DF d;
     const VF vs = F(s);
-    // A cone from its apex at that pose: a ray that passes close to it meets next to nothing, which
-    // would be lost between the squares of how far the pose is. What is along the ray is counted
-    // from `base`.
+    // A cone's coordinates start at its apex at that pose, and depths start at `base`. A ray that
+    // passes close to the apex has a very short interval. The squares of the pose's distance would
+    // lose it to rounding.
     const VF base = F(k.cone ? s * k.mt : 0.0f);
     VF b = hn::Zero(d), c = hn::Zero(d);
     if (k.cone) {
@@ -199,13 +198,14 @@ struct RowSolver {
     }
   }
 
-  // The body's face on plane j, swept: walk the line l_j = 0 of the (t, s) plane.
+  // The swept face of plane j. Walks the line l_j = 0 of the (t, s) plane.
   HWY_INLINE void OnPlane(int j) {
     const DF d;
     const float alpha = k.nt[j], beta = k.slope[j];
     if (std::max(std::abs(alpha), std::abs(beta)) < kParallel) return;
-    // The line is walked by s or by t. Where the ray meets the face steeply and runs along the
-    // body, by s: high up, what is counted from the tip by t would cancel.
+    // The parameter of the line is s or t, by the larger of alpha and beta. A quadric uses s also
+    // if the ray is steep to the face and runs along the body. With t, values high above the tip
+    // would cancel.
     const bool by_s = std::abs(alpha) >= std::abs(beta) ||
                       (k.quadric && std::abs(alpha) > kSteep &&
                        std::abs(k.tt) * beta * beta < std::abs(k.ss) * alpha * alpha);
@@ -275,8 +275,8 @@ struct RowSolver {
     }
   }
 
-  // A cone's silhouettes are planes through the apex's path, one on either side of it: nothing is
-  // lost to cancellation where a ray passes near that path and both are almost one.
+  // A cone's silhouettes are two planes through the apex's path, one on each side. As planes, they
+  // lose nothing to cancellation if a ray is near that path and both are almost one.
   HWY_INLINE void AtConeTangents() {
     const DF d;
     const VF from = hn::Add(hn::Abs(u), hn::Abs(v));
@@ -288,9 +288,9 @@ struct RowSolver {
       for (int j = 0; j < k.planes; j++) {
         const VF value =
             hn::Add(plane[j], hn::Add(hn::Mul(t, F(k.nt[j])), hn::Mul(s, F(k.slope[j]))));
-        const VF least =
+        const VF min_value =
             j < k.first_face ? hn::Mul(hn::Add(from, hn::Abs(t)), F(-kApexRounding)) : hn::Zero(d);
-        valid = hn::And(valid, hn::Ge(value, least));
+        valid = hn::And(valid, hn::Ge(value, min_value));
       }
       Offer(valid, t, true, true, F(tangent.nu), F(tangent.nv), F(tangent.nt));
     }
@@ -305,7 +305,7 @@ struct RowSolver {
     const float a = k.tt - k.ts * k.ts * inverse;
     const VF b = hn::Sub(lin_t, hn::Mul(lin_s, F(k.ts * inverse)));
     const VF c = hn::Sub(con, hn::Mul(hn::Mul(lin_s, lin_s), F(inverse)));
-    // Both roots are wanted, whatever the sign of a.
+    // Both roots are needed for either sign of a.
     const float safe = std::abs(a) < kNoCurve ? -kNoCurve : a;
     const VF disc = hn::Sub(hn::Mul(b, b), hn::Mul(F(safe), c));
     const MF real = hn::Ge(disc, hn::Zero(d));
@@ -333,7 +333,7 @@ struct RowSolver {
   }
 };
 
-// Of rows row_begin ... row_end - 1; the solid does not reach the others.
+// Solves rows row_begin ... row_end - 1. The solid does not reach the other rows.
 void ConvexSpans(const SweptConvex::View& k, float u_base, float v_base, int row_begin, int row_end,
                  SpanLayer& out) {
   const DF d;
@@ -403,8 +403,8 @@ ConvexBody ConvexBody::scaled(double factor) const {
 
 namespace {
 
-// The outward normals of the two planes that touch the cone x'Qx >= 0 about `axis` along a ruling
-// and hold the motion, which leads out of it.
+// Two planes touch the cone x'Qx >= 0 about `axis` along a ruling and contain the motion. Returns
+// their outward normals. The motion leads out of the cone.
 std::array<Vec3, 2> cone_tangents(const Mat3& q, const Vec3& axis, const Vec3& motion) {
   // The rulings are where x'Qx = 0 and x'Q motion = 0.
   const Vec3 conjugate = (q * motion).normalized();
@@ -416,7 +416,7 @@ std::array<Vec3, 2> cone_tangents(const Mat3& q, const Vec3& axis, const Vec3& m
           Vec3(-(q * (along - width * across)).normalized())};
 }
 
-// The view of one field with the tip at `tip`; s runs over [s_min, s_max].
+// Sets the view of one field with the tip at `tip`; s runs over [s_min, s_max].
 void set_view(SweptConvex::View& k, Axis axis, const Mat3& q, const Vec3& b, double c,
               const Vec3& motion, int planes,
               const std::array<Vec3, ConvexBody::kMaxPlanes>& normal,
@@ -458,7 +458,7 @@ void set_view(SweptConvex::View& k, Axis axis, const Mat3& q, const Vec3& b, dou
 SweptConvex::View::Tangent tangent_seen(Axis axis, const Vec3& normal) {
   const double nu = normal[u_index(axis)], nv = normal[v_index(axis)],
                nt = normal[depth_index(axis)];
-  if (std::abs(nt) < 1e-12) return {};  // along the rays: none ends on it
+  if (std::abs(nt) < 1e-12) return {};  // parallel to the rays: no ray ends on it
   const auto f = [](double x) { return static_cast<float>(x); };
   return {f(nu), f(nv), f(nt), f(-nu / nt), f(-nv / nt)};
 }
@@ -499,8 +499,8 @@ SweptConvex::SweptConvex(const ConvexBody& body, const LatticePoint& tip, const 
     k.first_face = body.cone && body.plane_offset[0] == 0 ? 1 : 0;
     for (size_t i = 0; i < 2; i++) k.tangents[i] = tangent_seen(axis, tangents[i]);
   }
-  // A point comes in where some of q, l_j is negative at s = 0 and grows with s. q is concave in s,
-  // so it must grow from the beginning: dq/ds = -2 (Q x + b)'motion > 0 at s = 0.
+  // A point enters the sweep if some of q, l_j is negative at s = 0 and grows with s. q is concave
+  // in s, so it must grow from the start: dq/ds = -2 (Q x + b)'motion > 0 at s = 0.
   if (start_is_clear && !body.cone && length > 0) {
     only_ahead_ = true;
     for (int j = 0; j < body.planes; j++)
@@ -526,22 +526,22 @@ SweptConvex::SweptConvex(const ConvexBody& body, const LatticePoint& tip, const 
   }
 }
 
-// Counts from the pose nearest to this tile, as seen along the rays; and of a rod, from where its
-// axis is nearest.
+// The view whose origin is the pose nearest to this tile, seen along the rays. For a rod, the
+// origin is also the nearest point of its axis.
 SweptConvex::View SweptConvex::view_at(const RayTile& rays) const {
   View k = views_[static_cast<size_t>(rays.axis)];
   if (!recentre_ && !is_rod_) return k;
   const int u = u_index(rays.axis), v = v_index(rays.axis), t = depth_index(rays.axis);
   const double half = 0.5 * kTileSide;
-  const auto nearest = [&](const Vec3& way, const Vec3& from, double most) {
-    const double flat2 = way[u] * way[u] + way[v] * way[v];
+  const auto nearest = [&](const Vec3& edge, const Vec3& from, double max_share) {
+    const double flat2 = edge[u] * edge[u] + edge[v] * edge[v];
     const double du = rays.u0 + half - k.tip_u - from[u], dv = rays.v0 + half - k.tip_v - from[v];
-    return flat2 > 0 ? std::clamp((du * way[u] + dv * way[v]) / flat2, 0.0, most) : 0;
+    return flat2 > 0 ? std::clamp((du * edge[u] + dv * edge[v]) / flat2, 0.0, max_share) : 0;
   };
   double s = 0, height = is_rod_ ? nearest(axis_, Vec3::Zero(), rod_top_) : 0;
   if (!recentre_ && height <= rod_near_) return k;
   s = nearest(motion_, height * axis_, 1);
-  // In turns, one for the other: near enough, for a place to count from.
+  // Alternate between the two minimisations. Three rounds are accurate enough for an origin.
   for (int turn = 0; is_rod_ && turn < 3; turn++) {
     height = nearest(axis_, s * motion_, rod_top_);
     s = nearest(motion_, height * axis_, 1);
@@ -563,9 +563,9 @@ SweptConvex::View SweptConvex::view_at(const RayTile& rays) const {
   return k;
 }
 
-// Whether everything on these rays within the bounds lies behind the silhouette of the start pose.
+// True if everything on these rays within the bounds is behind the start pose's silhouette.
 bool SweptConvex::only_behind(const RayTile& rays) const {
-  return !(most_on(rays, bounds_, ahead_, tip_) + ahead_offset_ > 0);
+  return !(max_over_rays(rays, bounds_, ahead_, tip_) + ahead_offset_ > 0);
 }
 
 bool SweptConvex::spans(const RayTile& rays, int layer, SpanLayer& out) const {
@@ -573,7 +573,7 @@ bool SweptConvex::spans(const RayTile& rays, int layer, SpanLayer& out) const {
   out.last = true;
   const View k = view_at(rays);
   const int v = v_index(rays.axis);
-  // A row to spare on either side, for rounding.
+  // One spare row on each side, for rounding.
   const auto row_of = [&](double at) {
     return static_cast<int>(std::clamp(at - rays.v0, 0.0, static_cast<double>(kTileSide)));
   };

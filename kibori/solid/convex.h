@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: MIT
-// A convex solid {q >= 0} with {l_j >= 0}, one quadric and up to six half-spaces, swept along a
-// straight line: the finger, flat cutter, cone, ellipsoid, box and half-space are all of this kind.
-// Exact, one interval per ray.
+// A convex solid {q >= 0} with {l_j >= 0}, swept along a straight line. It has one quadric and up
+// to six half-spaces. The finger, flat cutter, cone, ellipsoid, box and half-space are such solids.
+// The result is exact: one interval per ray.
 //
-// Put the body at motion parameter s; depth t along the ray is in the sweep when some s in [0, 1]
-// has q(t, s) >= 0 and all l_j(t, s) >= 0. In the (t, s) plane that is a convex region, and the
-// sweep's interval is its shadow on the t axis. The shadow's ends lie
+// Let the body be at motion parameter s. Depth t along the ray is in the sweep if there is an s in
+// [0, 1]: q(t, s) >= 0 and all l_j(t, s) >= 0. In the (t, s) plane, that is a convex region. The
+// sweep's interval is its projection on the t axis. An end of the projection is
 //   - on s = 0 or s = 1 (the end poses),                      s
 //   - on a line l_j = 0 (the swept rim of a cap), or        1 ┼──╭────╮──  <- end pose
 //   - where q = 0 has a vertical tangent (silhouette).        │ ╭╯    │
-// Each is one quadratic; those inside the region are        0 ┼─╰─────╯──  <- start pose
+// Each is one quadratic. Those inside the region are        0 ┼─╰─────╯──  <- start pose
 // candidates, and the interval is their hull.                 └──────────► t
-// A cone's silhouettes are two planes, which no rounding makes one.
+// A cone's silhouettes are two planes. Rounding never makes them one plane.
 #pragma once
 
 #include <array>
@@ -20,35 +20,37 @@
 
 namespace kibori {
 
+// The body before the sweep, in the tool frame [lattice units].
 struct ConvexBody {
   static constexpr int kMaxPlanes = 6;
 
   // q(x) = x'Qx + 2b'x + c and l_j(x) = n_j'x + c_j, tool frame, lattice units.
   Mat3 q = Mat3::Zero();
   Vec3 b = Vec3::Zero();
-  double c = 1;  // q = 1: no quadric at all
+  double c = 1;  // q(x) = 1: no quadric
   int planes = 0;
   std::array<Vec3, kMaxPlanes> plane_normal;
   std::array<double, kMaxPlanes> plane_offset;
-  // Set for a cone (circular, apex at the origin): q is not concave, and plane 0, square to its
-  // axis, picks the nappe. Through the apex it has no face of its own; above the apex it is the
-  // lower face of a frustum.
+  // Set for a cone (circular, apex at the origin), where q is not concave. Plane 0 is perpendicular
+  // to the axis and selects the nappe. If plane 0 is through the apex, it has no face. If it is
+  // above the apex, it is the lower face of a frustum.
   bool cone = false;
-  // A box [lattice units, tool frame] that holds the body; infinite where the body is.
+  // A box [lattice units, tool frame] that holds the body; infinite if the body is.
   Box local_bounds;
-  // Of a rod along the axis: how thick it is, and how high it goes [lattice units], whatever part
-  // of it can meet material. Far up it is counted from beside each tile (kSlender). 0: it is none.
+  // For a rod along the axis: its thickness and the height of its top [lattice units]. Far above
+  // the tip, coordinates start from a point near each tile (kSlender). A thickness of 0 means that
+  // the body is no rod.
   double rod_thickness = 0, rod_top = 0;
 
   void add_plane(const Vec3& normal, double offset);
-  // Same body, larger by `factor`.
+  // The same body, larger by `factor`.
   ConvexBody scaled(double factor) const;
 };
 
 class SweptConvex final : public Solid {
  public:
-  // tip, frame: pose at the start. start_is_clear: there is no material in the start pose, so rays
-  // on which the sweep reaches nothing beyond it may be left out.
+  // `tip` and `frame` are the pose at the start. start_is_clear: the start pose holds no material,
+  // so `spans` may omit rays on which the sweep reaches nothing beyond it.
   SweptConvex(const ConvexBody& body, const LatticePoint& tip, const Mat3& frame,
               const LatticeVector& motion, bool start_is_clear = false);
 
@@ -56,7 +58,7 @@ class SweptConvex final : public Solid {
   bool spans(const RayTile& rays, int layer, SpanLayer& out) const override;
   void normals(const RayTile& rays, int layer, const EndMasks& ends, SpanLayer& of) const override;
 
-  // The sweep as one field sees it: coordinates (u, v, t) relative to the tip at the start.
+  // The sweep in one field's coordinates (u, v, t), relative to the tip at the start.
   struct View {
     double tip_u, tip_v, tip_d;
     float quu, quv, qvv, qut, qvt, qtt;  // the quadric
@@ -69,7 +71,7 @@ class SweptConvex final : public Solid {
     int planes, first_face;  // the plane through a cone's apex has no face
     float nu[ConvexBody::kMaxPlanes], nv[ConvexBody::kMaxPlanes], nt[ConvexBody::kMaxPlanes];
     float offset[ConvexBody::kMaxPlanes], slope[ConvexBody::kMaxPlanes];  // slope: d l_j / d s
-    // A cone's silhouettes: planes through the tip, by their outward normals and as t(u, v).
+    // A cone's silhouettes: planes through the tip, as outward normals and as t(u, v).
     struct Tangent {
       float nu, nv, nt, t_by_u, t_by_v;
     } tangents[2];
@@ -81,18 +83,18 @@ class SweptConvex final : public Solid {
 
   Vec3 motion_;
   Box bounds_;
-  bool recentre_;  // along the motion, tile by tile
-  // Of a rod that may have to be re-centred along its axis.
+  bool recentre_;  // recentre along the motion, tile by tile
+  // For a rod whose tiles may need a centre further along its axis.
   bool is_rod_ = false;
   Vec3 axis_;
-  double rod_top_ = 0, rod_near_ = 0;  // where it goes; up to where the tip is near enough
-  // Set where a point that the start pose does not hold can only be reached through the quadric, at
-  // places where `ahead_`(x - tip) + ahead_offset_ > 0.
+  double rod_top_ = 0, rod_near_ = 0;  // its top; height up to which the tip is near enough
+  // If set, the sweep gains points only through the quadric, where `ahead_`(x - tip) +
+  // ahead_offset_ > 0.
   bool only_ahead_ = false;
   Vec3 tip_, ahead_;
   double ahead_offset_ = 0;
   std::array<View, 3> views_;
-  // Doubles behind the views, for re-centring.
+  // Doubles of which the views are float copies. Re-centring needs them.
   Mat3 q_;
   Vec3 b_;
   double c_;

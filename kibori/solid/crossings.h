@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
-// Where the rays of a field cross a triangle, exactly: vertices snap to a sub-cell integer grid
-// seen along the rays, and whether a ray passes inside is decided by integer edge functions. A ray
-// that meets an edge or a vertex is moved, in thought, by (eps_u, eps_v) with the x shift far
-// larger than y's and y's than z's, so every closed surface is crossed as often inwards as
-// outwards, and the three fields agree on who owns an edge.
+// Exact crossings of a field's rays with a triangle. Vertices snap to an integer grid finer than a
+// cell, seen along the rays. Integer edge functions decide if a ray passes inside.
+//
+// If a ray meets an edge or a vertex, the code treats it as shifted by (eps_u, eps_v). The x shift
+// is far larger than the y shift. The y shift is far larger than the z shift. Therefore, a ray
+// crosses every closed surface inwards as often as outwards. The three fields also agree on the
+// owner of an edge.
 #pragma once
 
 #include <algorithm>
@@ -22,20 +24,21 @@ struct RayRect {
   int u0, u1, v0, v1;
 };
 
-// A vertex as one field sees it: snapped (u, v), exact depth [lattice units].
+// A vertex in one field's coordinates: snapped (u, v), exact depth [lattice units].
 struct SnappedPoint {
   int64_t u, v;
   double depth;
 };
 
+// Snaps a vertex to the grid of one field.
 inline SnappedPoint snap(const LatticePoint& point, Axis axis) {
   constexpr double kScale = 1 << kSnapBits;
   return {std::llround(point[u_index(axis)] * kScale), std::llround(point[v_index(axis)] * kScale),
           point[depth_index(axis)]};
 }
 
-// Calls f(u, v, depth, sign) for each ray of `rect` that crosses triangle abc; sign is +1 where the
-// ray goes in (against the outward normal), -1 where it comes out.
+// Calls f(u, v, depth, sign) for each ray of `rect` that crosses triangle abc. The sign is +1 if
+// the ray goes in (against the outward normal), and -1 if it comes out.
 template <class F>
 void for_crossings(const SnappedPoint& a, const SnappedPoint& b, const SnappedPoint& c, Axis axis,
                    const RayRect& rect, F&& f) {
@@ -44,7 +47,7 @@ void for_crossings(const SnappedPoint& a, const SnappedPoint& b, const SnappedPo
   if (area == 0) return;
   const auto [u_min, u_max] = std::minmax({a.u, b.u, c.u});
   const auto [v_min, v_max] = std::minmax({a.v, b.v, c.v});
-  // Ray i stands at (i + 1/2) kOne.
+  // Ray i is at (i + 1/2) kOne.
   const auto first_at = [](int64_t x) { return static_cast<int>((x + kHalf - 1) >> kSnapBits); };
   const auto last_at = [](int64_t x) { return static_cast<int>((x - kHalf) >> kSnapBits); };
   const int u0 = std::max(rect.u0, first_at(u_min)), u1 = std::min(rect.u1 - 1, last_at(u_max));
@@ -60,19 +63,19 @@ void for_crossings(const SnappedPoint& a, const SnappedPoint& b, const SnappedPo
     dv[e] = turn * (to.v - from.v);
     const int64_t pu = (int64_t{u0} << kSnapBits) + kHalf, pv = (int64_t{v0} << kSnapBits) + kHalf;
     start[e] = du[e] * (pv - from.v) - dv[e] * (pu - from.u);
-    // On the edge: owned if the shifted ray is inside. The shift along the lower-numbered axis
-    // wins.
+    // A triangle owns a ray on its edge if the shifted ray is inside. The shift along the
+    // lower-numbered axis decides.
     const bool u_first = u_index(axis) < v_index(axis);
     const bool owned = u_first ? (dv[e] < 0 || (dv[e] == 0 && du[e] > 0))
                                : (du[e] > 0 || (du[e] == 0 && dv[e] < 0));
     if (!owned) start[e] -= 1;  // then `inside` is >= 0 for every edge
   }
-  // Counter-clockwise seen against the ray's direction: coming out.
+  // A triangle that is counter-clockwise against the ray's direction is an exit.
   const int sign = area > 0 ? -1 : 1;
   const double inverse = 1.0 / static_cast<double>(turn * area);
   const auto [d_min, d_max] = std::minmax({a.depth, b.depth, c.depth});
-  // Of long triangles that lie askew most rays of their box are beside them: a row's ends are found
-  // by division, which takes as long as so many rays do.
+  // Most rays in the box of a long oblique triangle miss it. A division finds the ends of a row,
+  // and costs about as much as kManyRays tests.
   constexpr int kManyRays = 32;
   for (int v = v0; v <= v1; v++) {
     const int64_t row = int64_t{v - v0} << kSnapBits;
@@ -81,7 +84,7 @@ void for_crossings(const SnappedPoint& a, const SnappedPoint& b, const SnappedPo
     if (last >= kManyRays) {
       const int64_t w[3] = {w0, w1, w2};
       for (int e = 0; e < 3; e++) {
-        const int64_t fall = dv[e] << kSnapBits;  // of w from ray to ray
+        const int64_t fall = dv[e] << kSnapBits;  // decrease of w from ray to ray
         if (fall > 0)
           last = std::min(last, w[e] < 0 ? -1 : w[e] / fall);
         else if (w[e] < 0)

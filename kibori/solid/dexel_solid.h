@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A model as a solid: its spans are the intervals. So bodies on one lattice are joined, subtracted,
-// and intersected by the same edits that tools make, and what both have is the same floats.
+// A model as a solid: its spans are the intervals. Therefore, the edits that tools make also join,
+// subtract and intersect bodies on one lattice. Ends that both bodies share are the same floats.
 #pragma once
 
 #include <optional>
@@ -12,9 +12,9 @@ namespace kibori {
 
 class DexelSolid final : public Solid {
  public:
-  // `bounds` [lattice units]: a box that holds all of its material. The model that is edited must
-  // have the same lattice. `material`: only the spans of that one; such a solid has no Complement,
-  // as its layers have gaps.
+  // `bounds` [lattice units]: a box that holds all of the model's material. The edited model must
+  // have the same lattice. `material`: use only the spans of this material. This solid has no
+  // Complement, because its layers have gaps.
   DexelSolid(const Snapshot& model, const LatticeBox& bounds,
              std::optional<uint8_t> material = std::nullopt)
       : model_(model), bounds_(bounds), material_(material) {}
@@ -24,7 +24,7 @@ class DexelSolid final : public Solid {
   void normals(const RayTile& rays, int layer, const EndMasks& ends, SpanLayer& of) const override;
 
  private:
-  // Null where no ray of the tile has so many spans.
+  // Null if no ray of the tile has more than `layer` spans.
   const Plane* plane(const RayTile& rays, int layer) const;
 
   Snapshot model_;

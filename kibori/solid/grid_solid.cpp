@@ -17,7 +17,7 @@ GridSolid::GridSolid(const ShapeGrid& shape, const Vec3& corner_mm, const Lattic
       per_node_(lattice.pitch_mm * shape.voxel_mm.cwiseInverse()),
       at_origin_((lattice.origin_mm - corner_mm).cwiseQuotient(shape.voxel_mm) -
                  Vec3::Constant(0.5)),
-      // Half a voxel more: there it falls from the last to the outside.
+      // Half a voxel more: there the value falls from the last voxel to the outside.
       bounds_(lattice.to_lattice(Box{corner_mm - 0.5 * shape.voxel_mm,
                                      corner_mm + shape.size_mm() + 0.5 * shape.voxel_mm})) {}
 
@@ -42,7 +42,7 @@ void GridSolid::fill(const RayTile& rays, TileIntervals& all) const {
       return (1 - fv) * ((1 - fu) * value_at(0, 0, slice) + fu * value_at(1, 0, slice)) +
              fv * ((1 - fu) * value_at(0, 1, slice) + fu * value_at(1, 1, slice));
     };
-    // Out of the shape at the share t between two slices.
+    // Outward normal at the share t between two slices.
     const auto normal_at = [&](int slice, double t) {
       const auto between = [&](int du, int dv) {
         return (1 - t) * value_at(du, dv, slice) + t * value_at(du, dv, slice + 1);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A shape given by numbers in the middles of voxels: where their trilinear interpolation is above
-// 0. Along a ray of the lattice, that is linear from one layer of voxels to the next.
+// A shape given by numbers at the centres of voxels. It is inside where their trilinear
+// interpolation is above 0. Along a ray of the lattice, the interpolation is linear between two
+// layers of voxels.
 #pragma once
 
 #include <kibori/geometry/label_volume.h>
@@ -11,8 +12,8 @@ namespace kibori {
 
 class GridSolid final : public IntervalSolid {
  public:
-  // The grid's lower corner, half a voxel below the middle of its first, stands at `corner_mm`.
-  // `shape` must outlive this.
+  // `corner_mm` is the grid's lower corner, half a voxel below the centre of the first voxel.
+  // `shape` must outlive this object.
   GridSolid(const ShapeGrid& shape, const Vec3& corner_mm, const Lattice& lattice);
 
   LatticeBox bounds() const override { return bounds_; }
@@ -21,8 +22,8 @@ class GridSolid final : public IntervalSolid {
   void fill(const RayTile& rays, TileIntervals& all) const override;
 
   const ShapeGrid& shape_;
-  Vec3 per_node_;   // voxels a lattice unit
-  Vec3 at_origin_;  // the lattice's origin, in voxels from the middle of the first
+  Vec3 per_node_;   // voxels per lattice unit
+  Vec3 at_origin_;  // the lattice's origin, in voxels from the centre of the first one
   LatticeBox bounds_;
 };
 

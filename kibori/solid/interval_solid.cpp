@@ -9,7 +9,8 @@
 namespace kibori {
 namespace {
 
-// Solids that are asked about the same tile in turn, as the two of a Difference are.
+// Number of solids whose results a thread keeps. A Difference asks its two solids about the same
+// tile in turn.
 constexpr size_t kRemembered = 4;
 
 uint64_t next_id() {
@@ -23,7 +24,7 @@ struct IntervalSolid::Remembered {
   uint64_t id = 0;
   RayTile rays{Axis::x, -1, -1};
   TileIntervals intervals;
-  // The same as they are asked for; the first `layer_count` are in use.
+  // The intervals as layers; the first `layer_count` are in use.
   struct Layer {
     std::array<float, kTileRays> lo, hi;
     uint16_t rows;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A solid of any number of intervals a ray, found for a whole tile of rays at once and remembered
-// while the same tile is asked about, layer by layer.
+// A solid with any number of intervals per ray. It computes them for a whole tile of rays at once.
+// It keeps them while the caller asks for the layers of that tile.
 #pragma once
 
 #include <array>
@@ -23,7 +23,7 @@ class IntervalSolid : public Solid {
   using TileIntervals = std::array<std::vector<Interval>, kTileRays>;
 
   IntervalSolid();
-  // Appends each ray's intervals, in order along it and apart from each other, to its empty list.
+  // Appends each ray's intervals to its empty list, in order along the ray and disjoint.
   virtual void fill(const RayTile& rays, TileIntervals& all) const = 0;
 
  private:

@@ -13,13 +13,14 @@
 namespace kibori {
 namespace {
 
-// Neighbouring prisms meet to rounding; a gap this thin [lattice units] between two of them is no
-// gap.
+// Neighbouring prisms meet up to rounding. A gap thinner than this [lattice units] between two of
+// them is no gap.
 constexpr float kSeam = 1e-3f;
-// A triangle whose prism a ray sees edge-on, sine below this, has no interval of its own there: its
-// neighbours have it. Larger, and thin slits open; smaller, and the interval is rounding.
+// A ray sees a prism edge-on if the sine of the angle to its face is below this. That triangle then
+// has no interval, because its neighbours have it. If it is larger, thin slits open. If it is
+// smaller, the interval is rounding error.
 constexpr double kEdgeOn = 1e-12;
-// Fewer triangles are not sorted into tiles.
+// A mesh with fewer triangles is not sorted into tiles.
 constexpr size_t kWorthBins = 64;
 
 uint32_t code_of(const Vec3& normal, Axis axis) {
@@ -36,11 +37,11 @@ void clip(double slope, double offset, double& lo, double& hi) {
     hi = lo - 1;
 }
 
-// The products of a vector with (o - corner), o being where a ray of a tile begins. What is of a
-// column or of a row alone is multiplied once.
+// Dot products of a vector with (o - corner), where o is the origin of a ray of a tile. The factors
+// of a column or of a row are multiplied once.
 class TileDots {
  public:
-  // Of the rays of `seen`, which is of one tile.
+  // For the rays of `seen`, which belong to one tile.
   TileDots(const Vec3& vector, const Vec3& corner, Axis axis, const RayRect& seen) : axis_(axis) {
     const int ui = u_index(axis), vi = v_index(axis), di = depth_index(axis);
     for (int u = seen.u0; u < seen.u1; u++)
@@ -49,7 +50,8 @@ class TileDots {
       of_v_[v - seen.v0] = vector[vi] * (v + 0.5 - corner[vi]);
     of_depth_ = vector[di] * (0 - corner[di]);
   }
-  // Of a ray counted from the first that is seen; added up in the order that Eigen does.
+  // For the ray (u, v), counted from the first ray of `seen`. The order of the sum is that of
+  // Eigen.
   double at(int u, int v) const {
     switch (axis_) {
       case Axis::x:
@@ -67,8 +69,9 @@ class TileDots {
   double of_u_[kTileSide], of_v_[kTileSide], of_depth_;
 };
 
-// What a triangle covers of the (u, v) plane while it moves: a convex polygon whose sides run as
-// its edges do, or as the motion. Row by row it says which rays can come to it.
+// The area of the (u, v) plane that a triangle covers while it moves. It is a convex polygon. Its
+// sides are parallel to the triangle's edges or to the motion. For each row, it gives the rays that
+// can meet the triangle.
 class SweptShadow {
  public:
   SweptShadow(const std::array<const Vec3*, 3>& corner, const Vec3& motion, int ui, int vi) {
@@ -91,7 +94,7 @@ class SweptShadow {
     }
   }
 
-  // Narrows [u0, u1] to the rays of row v that can come to it.
+  // Narrows [u0, u1] to the rays of row v that can meet it.
   void narrow(int v, int& u0, int& u1) const {
     const double at = v + 0.5;
     double lo = u0 + 0.5, hi = u1 + 0.5;
@@ -109,7 +112,8 @@ class SweptShadow {
   }
 
  private:
-  // Cells by which it is taken for larger; and a side that runs along rows by less is level.
+  // The polygon is enlarged by kSlack cells. A side whose slope along a row is below kLevel counts
+  // as level.
   static constexpr double kSlack = 1e-6, kLevel = 1e-9;
   struct Strip {
     double a, b, per_a, lo, hi;  // lo <= a u + b v <= hi
@@ -117,7 +121,7 @@ class SweptShadow {
   Strip strips_[4];
 };
 
-// The rays of a rectangle that come to a box.
+// The rays of a rectangle that can meet a box.
 RayRect within(const RayRect& rect, const Box& box, int ui, int vi) {
   const auto first = [](double low, int at) {
     return low > at ? static_cast<int>(std::min(std::ceil(low - 0.5), at + 1.0 * kTileSide)) : at;
@@ -194,7 +198,8 @@ void SweptMesh::sort_into(Bins& bins, Axis axis, const Lattice& lattice) const {
   bins.down = tile_of(bounds_.max[vi] + 1, lattice.nodes[vi]) - bins.v + 1;
   bins.rects.reserve(mesh_->triangles.size());
   for (uint32_t i = 0; i < mesh_->triangles.size(); i++) bins.rects.push_back(swept_rect(i, axis));
-  // Counted, then put in their places; a triangle that touches two tiles is of both.
+  // The first pass counts, the second one stores. A triangle that touches two tiles belongs to
+  // both.
   const auto for_bins = [&](auto&& f) {
     for (uint32_t i = 0; i < mesh_->triangles.size(); i++) {
       const auto [u_lo, u_hi, v_lo, v_hi] = bins.rects[i];
@@ -228,7 +233,7 @@ void SweptMesh::fill(const RayTile& rays, TileIntervals& all) const {
   for (auto& list : crossings_of) list.clear();
   const Bins& bins = bins_[static_cast<size_t>(rays.axis)];
   const int tile_u = rays.u0 / kTileSide - bins.u, tile_v = rays.v0 / kTileSide - bins.v;
-  // A tile that no bin is for is asked about by all triangles.
+  // A tile without a bin checks all triangles.
   const bool binned = rays.u0 % kTileSide == 0 && rays.v0 % kTileSide == 0 && tile_u >= 0 &&
                       tile_v >= 0 && tile_u < bins.across && tile_v < bins.down;
   const size_t bin = binned ? static_cast<size_t>(tile_v * bins.across + tile_u) : 0,
@@ -249,7 +254,7 @@ void SweptMesh::fill(const RayTile& rays, TileIntervals& all) const {
     if (u_hi < seen.u0 || u_lo > seen.u1 || v_hi < seen.v0 || v_lo > seen.v1) continue;
     const Face& face = faces_[number];
     const Vec3& normal = face.normal;
-    std::optional<uint32_t> face_code;  // once it is asked for
+    std::optional<uint32_t> face_code;  // computed on first use
     const auto code_of_face = [&] {
       if (!face_code) face_code = code_of(normal, axis);
       return *face_code;
@@ -258,7 +263,8 @@ void SweptMesh::fill(const RayTile& rays, TileIntervals& all) const {
                   [&](int u, int v, double depth, int sign) {
                     const auto slot =
                         static_cast<size_t>((v - rays.v0) * kTileSide + (u - rays.u0));
-                    // The depth on the unsnapped plane, where the prism of this triangle begins.
+                    // The depth on the plane before snapping, where the prism of this triangle
+                    // begins.
                     Vec3 o = Vec3::Zero();
                     o[ui] = u + 0.5;
                     o[vi] = v + 0.5;
@@ -268,8 +274,8 @@ void SweptMesh::fill(const RayTile& rays, TileIntervals& all) const {
                     crossings_of[slot].push_back({static_cast<float>(depth), sign, code_of_face()});
                   });
     if (!moving) continue;
-    // The prism: over the (t, s) plane of a ray, the triangle is a line (its plane) clipped by
-    // three edges and 0 <= s <= 1; the prism's interval is the shadow of that segment on t.
+    // In the (t, s) plane of a ray, the triangle is a line (its plane). Three edges and 0 <= s <= 1
+    // clip it. The prism's interval is the projection of that segment on t.
     const double alpha = normal[di], beta = face.along_motion;
     if (std::abs(alpha) + std::abs(beta) < face.edge_on) continue;
     const int u0 = std::max(seen.u0, static_cast<int>(std::floor(u_lo - 0.5)));
@@ -277,8 +283,8 @@ void SweptMesh::fill(const RayTile& rays, TileIntervals& all) const {
     const int v0 = std::max(seen.v0, static_cast<int>(std::floor(v_lo - 0.5)));
     const int v1 = std::min(seen.v1 - 1, static_cast<int>(std::ceil(v_hi - 0.5)));
     if (u0 > u1 || v0 > v1) continue;
-    // A triangle that slides in its own plane reaches nothing that the mesh is not in. What passes
-    // by the lattice in depth takes nothing of it.
+    // A triangle that slides in its own plane adds nothing to the mesh. A prism beyond the lattice
+    // in depth is skipped too.
     if (beta == 0) continue;
     const auto [d_lo, d_hi] = std::minmax({a[di], b[di], c[di]});
     if (d_hi + std::max(motion_[di], 0.0) < lattice_.min[di] - 1 ||
@@ -286,7 +292,7 @@ void SweptMesh::fill(const RayTile& rays, TileIntervals& all) const {
       continue;
     const bool by_s = std::abs(alpha) >= std::abs(beta);
     const double step = by_s ? -beta / alpha : -alpha / beta;
-    std::optional<uint32_t> side_code[3];  // once they are asked for
+    std::optional<uint32_t> side_code[3];  // computed on first use
     double slope[3], per[3];
     const RayRect near{u0, u1 + 1, v0, v1 + 1};
     const TileDots across(normal, a, axis, near),
@@ -298,8 +304,9 @@ void SweptMesh::fill(const RayTile& rays, TileIntervals& all) const {
       slope[e] = by_s ? per_s + per_t * step : per_t + per_s * step;
       per[e] = by_s ? per_t : per_s;
     }
-    // The tri's own face normal turns with the side of the prism it closes: codes carry no depth
-    // sign, so flip where the component along the ray would come out wrong.
+    // The direction of the triangle's own face normal depends on the side of the prism that it
+    // closes. Codes carry no sign of the depth component. Therefore, the code is negated if the
+    // component along the ray would be wrong.
     const auto facing = [&](int edge, bool at_hi) {
       if (edge >= 0 && !side_code[edge]) side_code[edge] = code_of(face.side[edge], axis);
       const uint32_t code = edge < 0 ? code_of_face() : *side_code[edge];

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A closed mesh as a tool, swept along a straight line: the mesh at its start, and the prism that
-// each triangle sweeps. Exact and not convex. Costs its triangles, and for each tile those that can
-// come to its rays; it allocates.
+// each triangle sweeps. It is exact and need not be convex. Its cost grows with the number of
+// triangles, and per tile with the triangles that can reach it. It allocates memory.
 #pragma once
 
 #include <array>
@@ -15,34 +15,34 @@ namespace kibori {
 
 class SweptMesh final : public IntervalSolid {
  public:
-  // `mesh` in tool coordinates [mm], `start` in the world; its frame may be left-handed, which is
-  // the mesh mirrored. Rays beyond the lattice may be left out.
+  // `mesh` is in tool coordinates [mm], `start` in the world. The frame may be left-handed, which
+  // mirrors the mesh. `spans` may omit rays beyond the lattice.
   SweptMesh(std::shared_ptr<const TriangleMesh> mesh, const Pose& start,
             const LatticeVector& motion, const Lattice& lattice);
 
   LatticeBox bounds() const override { return {bounds_}; }
 
  private:
-  // Which triangles can come to which tile of one field's rays.
+  // The triangles that can reach each tile of one field's rays.
   struct Bins {
-    int u = 0, v = 0, across = 0, down = 0;  // tiles: the first, and how many
-    std::vector<uint32_t> first;             // in `triangles`, of each tile, and the end
+    int u = 0, v = 0, across = 0, down = 0;  // tiles: the first, and their number along u and v
+    std::vector<uint32_t> first;             // per tile the index into `triangles`, and the end
     std::vector<uint32_t> triangles;
     std::vector<std::array<double, 4>> rects;  // swept_rect of every triangle
   };
 
-  // What a triangle and its prism are, whichever rays look at it.
+  // Values of a triangle and its prism that do not depend on the field.
   struct Face {
-    Vec3 normal;          // as long as twice its area
-    double along_motion;  // of the normal
-    double edge_on;       // below that a ray sees its prism edge-on
-    Vec3 edge_normal[3];  // in its plane, into the triangle
+    Vec3 normal;          // its length is twice the triangle's area
+    double along_motion;  // dot product of normal and motion
+    double edge_on;       // below this, a ray sees the prism edge-on
+    Vec3 edge_normal[3];  // in the triangle's plane, towards its inside
     double edge_along_motion[3];
     Vec3 side[3];  // normals of the prism's sides
   };
 
   void fill(const RayTile& rays, TileIntervals& all) const override;
-  // The corners of a triangle, counter-clockwise as seen from outside.
+  // The corners of a triangle, counter-clockwise seen from outside.
   std::array<const Vec3*, 3> corners_of(uint32_t triangle) const;
   Face face_of(uint32_t triangle) const;
   void sort_into(Bins& bins, Axis axis, const Lattice& lattice) const;

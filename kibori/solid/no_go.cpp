@@ -18,7 +18,7 @@ struct Interval {
 };
 using TileIntervals = std::array<std::vector<Interval>, kTileRays>;
 
-// Of the tile that this thread was asked for last.
+// The last tile that this thread asked for.
 struct Cache {
   uint64_t id = 0;
   RayTile rays{Axis::x, -1, -1};
@@ -28,7 +28,7 @@ Cache& cache() {
   thread_local Cache own;
   return own;
 }
-constexpr size_t kReady = 16;  // intervals of a ray
+constexpr size_t kReady = 16;  // intervals per ray
 
 void collect(const Solid& solid, const RayTile& rays, TileIntervals& all) {
   for (auto& list : all) list.clear();
@@ -66,7 +66,7 @@ void subtract(const std::vector<Interval>& whole, const std::vector<Interval>& p
     for (const Interval& p : part) {
       if (p.hi <= left.lo) continue;
       if (p.lo >= left.hi) break;
-      // Out of what is left is into the part.
+      // The outward direction of the rest is the inward direction of the part.
       if (p.lo > left.lo)
         rest.push_back({left.lo, p.lo, left.normal_lo, negate_normal(p.normal_lo)});
       left.lo = p.hi;
@@ -92,7 +92,7 @@ const TileIntervals& rest_of(uint64_t id, const RayTile& rays, const Solid& whol
 }  // namespace
 
 Vec3 NoGo::normal_near(const LatticePoint& place, double radius) const {
-  // Ends whose normals keep within some 15 degrees of their mean.
+  // The normals must be within about 15 degrees of their mean: |sum| >= kAlike * (sum of weights).
   constexpr double kAlike = 0.97;
   Vec3 sum = Vec3::Zero();
   double all = 0;
@@ -104,7 +104,8 @@ Vec3 NoGo::normal_near(const LatticePoint& place, double radius) const {
       const Vec3 off(i + 0.5 - u, j + 0.5 - v, end - depth);
       const double near = 1 - off.squaredNorm() / (radius * radius);
       if (!(near > 0)) return;
-      // A field has as many ends as its rays meet.
+      // The number of ends of a field depends on the number of rays that meet the surface. The
+      // factor compensates for the angle.
       const Vec3 normal = decode_normal(code, axis, out);
       const double weight = near * near * std::abs(normal[depth_index(axis)]);
       sum += weight * normal;

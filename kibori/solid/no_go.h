@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// What nothing may cut: a body that is protected, or a template within the stock. A tool's sweep is
-// cut without it, so what it holds stays to the bit, and walls that are laid bare have its normals.
+// A protected region that no tool may cut: a protected body, or a template within the stock. Edits
+// subtract it from a tool's sweep. Therefore, its material stays the same to the bit, and the walls
+// that a cut exposes have its normals.
 #pragma once
 
 #include <memory>
@@ -12,16 +13,16 @@ namespace kibori {
 
 class NoGo {
  public:
-  // `model` has the lattice of what is worked on.
+  // `model` must have the lattice of the model that is edited.
   explicit NoGo(std::unique_ptr<TriDexel> model)
       : model_(std::move(model)), solid_(model_->snapshot(), model_->material_bounds()) {}
 
-  // To be felt as a wall.
+  // For forces: the region acts as a wall.
   const TriDexel& model() const { return *model_; }
   const DexelSolid& solid() const { return solid_; }
   const LatticeBox& bounds() const { return model_->material_bounds(); }
-  // Out of it, as a mean over its surface within `radius` of a place [cells]; zero: there is none,
-  // or it bends too much there. Its length is 1 otherwise.
+  // Mean outward normal of its surface within `radius` cells of a place, as a unit vector. It is
+  // zero if there is no surface, or if the surface bends too much.
   Vec3 normal_near(const LatticePoint& place, double radius) const;
 
  private:
@@ -29,7 +30,7 @@ class NoGo {
   DexelSolid solid_;
 };
 
-// `whole` less a no-go body. Its ends are floats of one or the other.
+// `whole` without a protected region. Each end is the same float as an end of one of the two.
 class Except final : public Solid {
  public:
   Except(const Solid& whole, const NoGo& part);
@@ -38,13 +39,14 @@ class Except final : public Solid {
   bool spans(const RayTile& rays, int layer, SpanLayer& out) const override;
   void normals(const RayTile& rays, int layer, const EndMasks& ends, SpanLayer& of) const override;
 
-  // Takes the memory that a tile needs on this thread, so that a servo's tick need not.
+  // Allocates the memory that a tile needs on this thread, so that the servo tick does not
+  // allocate.
   static void reserve();
 
  private:
   const Solid& whole_;
   const DexelSolid& part_;
-  uint64_t id_;  // never given twice
+  uint64_t id_;  // unique for each object
 };
 
 }  // namespace kibori

@@ -10,7 +10,7 @@ HWY_BEFORE_NAMESPACE();
 namespace kibori {
 namespace HWY_NAMESPACE {
 
-// One group of lanes of a part's row; what is no interval begins at kFar and ends at -kFar.
+// The interval of a part in one group of lanes. An empty lane begins at kFar and ends at -kFar.
 struct PartEnds {
   VF lo, hi;
 };
@@ -27,7 +27,8 @@ HWY_INLINE unsigned StoreSpans(VF lo, VF hi, size_t slot, SpanLayer& out) {
   hn::Store(hn::IfThenElse(live, hi, F(-kFar)), d, out.hi + slot);
   return Bits(live);
 }
-// Of two zeros the first, on every machine.
+// The smaller and the larger of two numbers. Of +0 and -0 they return the first argument, on every
+// vector unit.
 HWY_INLINE VF Less(VF a, VF b) { return hn::IfThenElse(hn::Lt(b, a), b, a); }
 HWY_INLINE VF More(VF a, VF b) { return hn::IfThenElse(hn::Lt(a, b), b, a); }
 
@@ -36,9 +37,9 @@ HWY_INLINE unsigned RowsOf(const SpanLayer* parts, size_t count) {
   for (size_t i = 0; i < count; i++) rows |= parts[i].rows;
   return rows;
 }
-// Those that are in one row.
+// The parts that have an interval in one row.
 struct RowParts {
-  const SpanLayer* of[kMostParts];
+  const SpanLayer* of[kMaxUnionParts];
   size_t count = 0;
 };
 HWY_INLINE RowParts PartsIn(unsigned row, const SpanLayer* parts, size_t count) {
@@ -66,7 +67,7 @@ void HullSpans(const SpanLayer* parts, size_t count, SpanLayer& out) {
   }
 }
 
-// Where the first part begins that begins behind `end`; kFar if none does.
+// The smallest begin of a part that is greater than `end`. kFar if there is none.
 HWY_INLINE VF BeginBehind(VF end, const RowParts& here, size_t slot) {
   VF begin = F(kFar);
   for (size_t i = 0; i < here.count; i++) {
@@ -76,11 +77,11 @@ HWY_INLINE VF BeginBehind(VF end, const RowParts& here, size_t slot) {
   return begin;
 }
 
-// Where the interval ends that begins at `begin`: of the parts that begin within it the farthest
-// ends it. Each time that all are asked, at least one more is in.
+// The end of the interval that begins at `begin`. It is the farthest end of the parts that begin
+// within the interval. Each pass over all parts adds at least one more part.
 HWY_INLINE VF EndFrom(VF begin, const RowParts& here, size_t slot) {
   VF end = begin;
-  for (size_t asked = 0; asked < here.count; asked++)
+  for (size_t pass = 0; pass < here.count; pass++)
     for (size_t i = 0; i < here.count; i++) {
       const PartEnds part = EndsAt(*here.of[i], slot);
       end = hn::IfThenElse(hn::Le(part.lo, end), More(end, part.hi), end);

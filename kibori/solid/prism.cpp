@@ -15,14 +15,14 @@ using Vec2 = Eigen::Vector2d;
 
 double cross(const Vec2& a, const Vec2& b) { return a.x() * b.y() - a.y() * b.x(); }
 
-// A ray in the plane: from + t along. `across` is the same all along it.
+// A ray in the plane: from + t along. `across` is constant along it.
 struct FlatRay {
   Vec2 from, along;
   double across() const { return cross(along, from); }
 };
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-// A ray that runs along the direction to this much is one point in the plane.
+// If a ray's part in the plane is shorter than this, the ray is one point in the plane.
 constexpr double kAlong = 1e-9;
 
 uint32_t code_of(const AcrossPlane& plane, const Vec2& normal, Axis axis) {
@@ -30,7 +30,7 @@ uint32_t code_of(const AcrossPlane& plane, const Vec2& normal, Axis axis) {
   return encode_normal(n[u_index(axis)], n[v_index(axis)], n[depth_index(axis)]);
 }
 
-// Of a ray of the tile, counted from its corner, at depth 0.
+// Position of a ray of the tile at depth 0. (du, dv) counts from the tile's corner.
 Vec3 place_of(const RayTile& rays, double du, double dv) {
   Vec3 place = Vec3::Zero();
   place[u_index(rays.axis)] = rays.u0 + du;
@@ -38,11 +38,11 @@ Vec3 place_of(const RayTile& rays, double du, double dv) {
   return place;
 }
 
-// What of the plane the rays of a tile cover.
+// The area of the plane that the rays of a tile cover.
 struct Strip {
-  Vec2 along;                                          // of a ray, for each cell of depth
-  double low, high;                                    // across the rays
-  double from_min = kInfinity, from_max = -kInfinity;  // of a ray's depth 0 [cells along it]
+  Vec2 along;                                          // of a ray, per cell of depth
+  double low, high;                                    // range across the rays
+  double from_min = kInfinity, from_max = -kInfinity;  // range of a ray's depth 0 [cells along it]
 
   Strip(const AcrossPlane& plane, const RayTile& rays, const Vec2& along_) : along(along_) {
     low = kInfinity;
@@ -59,7 +59,7 @@ struct Strip {
   }
 };
 
-// Which sides the rays of a strip can come within `reach` of: by what is across them.
+// The sides that come within `reach` of the rays of a strip, measured across the rays.
 std::vector<const OutlineSide*> sides_near(const std::vector<OutlineSide>& sides,
                                            const Strip& strip, double reach) {
   const double slack = reach * strip.along.norm() + 1e-6;
@@ -71,9 +71,10 @@ std::vector<const OutlineSide*> sides_near(const std::vector<OutlineSide>& sides
   return near;
 }
 
-// Which sides come within `reach` of the tile's rays, which are points in the plane.
-std::vector<OutlineSide> sides_beside(const std::vector<OutlineSide>& sides,
-                                      const AcrossPlane& plane, const RayTile& rays, double reach) {
+// The sides that come within `reach` of the tile's rays, which are points in the plane.
+std::vector<OutlineSide> adjacent_sides(const std::vector<OutlineSide>& sides,
+                                        const AcrossPlane& plane, const RayTile& rays,
+                                        double reach) {
   std::vector<OutlineSide> near;
   for (const OutlineSide* side : sides_near(sides, Strip(plane, rays, Vec2::UnitX()), reach))
     near.push_back(*side);
@@ -83,8 +84,8 @@ std::vector<OutlineSide> sides_beside(const std::vector<OutlineSide>& sides,
   return nearer;
 }
 
-// Calls f(ray, its list of `all`) for the rays of a tile, once for those that are one ray in the
-// plane: they have equal lists.
+// Calls f(ray, its list in `all`) for the rays of a tile. Rays that are one ray in the plane have
+// equal lists, so it calls f once for them.
 template <class All, class F>
 void for_rays(const AcrossPlane& plane, const RayTile& rays, const Vec2& along, All& all, F&& f) {
   std::array<Vec2, kTileSide> by_lane, by_row;
@@ -142,14 +143,14 @@ Prism::Prism(const AcrossPlane& plane, std::vector<OutlineSide> outline, const L
 void Prism::fill(const RayTile& rays, TileIntervals& all) const {
   const Vec2 along = along_of(plane_, rays.axis);
   if (along.norm() < kAlong) {
-    if (sides_beside(sides_, plane_, rays, 0).empty()) {
-      // The outline does not pass between the rays, so they are all within it or all outside.
+    if (adjacent_sides(sides_, plane_, rays, 0).empty()) {
+      // The outline does not pass between the rays, so all are inside or all are outside.
       const Vec3 middle = place_of(rays, kTileSide / 2.0, kTileSide / 2.0);
       if (is_inside(sides_, plane_.to_plane(middle)))
         for (auto& ray : all) ray.push_back({-kFar, kFar, 0, 0});
       return;
     }
-    // Which sides a line along x from a ray of the tile can cross.
+    // The sides that a line along x from a ray of the tile can cross.
     std::vector<OutlineSide> near;
     for (const OutlineSide* side : sides_near(sides_, Strip(plane_, rays, Vec2::UnitX()), 0))
       near.push_back(*side);
@@ -172,8 +173,8 @@ void Prism::fill(const RayTile& rays, TileIntervals& all) const {
   const Strip strip(plane_, rays, along);
   const double first = within_.units.min[depth_index(rays.axis)] - 1,
                last = within_.units.max[depth_index(rays.axis)] + 1;
-  // Those that rays meet in the box, and those they meet before it; what they meet after it does
-  // nothing to it.
+  // The sides that rays meet in the box, and those that they meet before it. Sides behind the box
+  // do not matter.
   std::vector<Side> here, before;
   for (const OutlineSide* side : sides_near(sides_, strip, 0)) {
     const double wa = cross(along, side->a), wb = cross(along, side->b);
@@ -195,7 +196,7 @@ void Prism::fill(const RayTile& rays, TileIntervals& all) const {
     return in;
   };
   if (here.empty()) {
-    // No ray meets the outline in the box, so they are all within it there or all outside.
+    // No ray meets the outline in the box, so all are inside there or all are outside.
     if (is_in_at_first((strip.low + strip.high) / 2))
       for (auto& ray : all) ray.push_back({-kFar, kFar, 0, 0});
     return;
@@ -238,7 +239,7 @@ Wall::Wall(const AcrossPlane& plane, std::vector<OutlineSide> curve, double thic
 void Wall::fill(const RayTile& rays, TileIntervals& all) const {
   const Vec2 along = along_of(plane_, rays.axis);
   if (along.norm() < kAlong) {
-    const std::vector<OutlineSide> near = sides_beside(sides_, plane_, rays, half_);
+    const std::vector<OutlineSide> near = adjacent_sides(sides_, plane_, rays, half_);
     if (near.empty()) return;
     for_rays(plane_, rays, along, all, [&](const FlatRay& ray, auto& list) {
       for (const OutlineSide& side : near) {
@@ -257,10 +258,10 @@ void Wall::fill(const RayTile& rays, TileIntervals& all) const {
   };
   struct Side {
     const OutlineSide* side;
-    Vec2 d, n;             // along it, and to its right; unit
+    Vec2 d, n;             // along the side, and to its right; unit
     double right, left;    // of its faces, along n and -n
     double after, before;  // of its ends, along d and -d
-    bool ends_alone;       // at its end no other side of `near` begins
+    bool ends_alone;       // no other side of `near` begins at its end
   };
   std::vector<Side> near;
   for (const OutlineSide* side : sides_near(sides_, Strip(plane_, rays, along), half_)) {
@@ -272,7 +273,7 @@ void Wall::fill(const RayTile& rays, TileIntervals& all) const {
   if (near.empty()) return;
   const double per = 1 / along.squaredNorm();
   std::vector<Part> parts;
-  // A disc at each corner, and the strip between two.
+  // A disc at each corner, and a strip between two corners.
   const auto add_disc = [&](const FlatRay& ray, const Vec2& centre) {
     const double middle = (centre - ray.from).dot(along) * per;
     const Vec2 nearest = ray.from + middle * along - centre;
@@ -284,7 +285,8 @@ void Wall::fill(const RayTile& rays, TileIntervals& all) const {
   };
   const auto add_strip = [&](const FlatRay& ray, const Side& side) {
     Part part{-1e30, 1e30, side.n, side.n};
-    // Where normal . (from + t along) <= limit; of two faces that rays lie in, one is the strip's.
+    // Keeps the part where normal . (from + t along) <= limit. If rays are in the plane of a face,
+    // the strip owns only one of its two faces.
     const auto clip = [&](const Vec2& normal, double limit, bool closed) {
       const double slope = normal.dot(along), rest = limit - normal.dot(ray.from);
       if (slope > 0 && rest / slope < part.hi) {

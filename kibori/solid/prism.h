@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// What a drawn curve bounds when it is swept without end along a direction: a Prism is the inside
-// of a closed outline, a Wall is all within half a thickness of a curve. In the plane across the
-// direction every ray is a straight line; its intervals lie between its crossings.
+// Solids from a drawn curve that is swept without end along a direction. A Prism is the inside of a
+// closed outline. A Wall is everything within half a thickness of a curve. In the plane across the
+// direction, every ray is a straight line. Its intervals are between its crossings.
 #pragma once
 
 #include <utility>
@@ -11,8 +11,8 @@
 
 namespace kibori {
 
-// A side of an outline, or of a curve: corners, and the normals there, in the plane across the
-// direction (lattice units). The normals differ where the side stands for a curved one.
+// A side of an outline or of a curve: its corners and the normals there, in the plane across the
+// direction [lattice units]. The two normals differ if the side approximates a curved one.
 struct OutlineSide {
   Eigen::Vector2d a, b;
   Eigen::Vector2d normal_a, normal_b;  // unit, to the right of a -> b
@@ -25,7 +25,7 @@ struct AcrossPlane {
   Eigen::Vector2d to_plane(const Vec3& p) const { return {u.dot(p), v.dot(p)}; }
 };
 
-// What Prism and Wall share.
+// Common base of Prism and Wall.
 class SweptOutline : public IntervalSolid {
  public:
   LatticeBox bounds() const override;
@@ -40,8 +40,8 @@ class SweptOutline : public IntervalSolid {
 
 class Prism final : public SweptOutline {
  public:
-  // `outline`: its sides, one after another, counter-clockwise, closed, not crossing itself.
-  // `within`: where it is looked at; ends elsewhere are not told from none.
+  // `outline`: its sides in order, counter-clockwise, closed, without self-intersection. `within`:
+  // the box of interest. Ends outside it may be missing or wrong.
   Prism(const AcrossPlane& plane, std::vector<OutlineSide> outline, const LatticeBox& within);
 
  private:
@@ -52,7 +52,7 @@ class Prism final : public SweptOutline {
 
 class Wall final : public SweptOutline {
  public:
-  // `thickness` in lattice units, more than 0; the ends of an open curve are round.
+  // `thickness` in lattice units, more than 0. The ends of an open curve are round.
   Wall(const AcrossPlane& plane, std::vector<OutlineSide> curve, double thickness);
 
  private:

@@ -13,40 +13,40 @@ HWY_BEFORE_NAMESPACE();
 namespace kibori {
 namespace HWY_NAMESPACE {
 
-// The most Newton steps on t, and on s within each; 14 x 3 brings grazing rays (where convergence
-// is linear) to 1e-3 cells, all others to float32.
+// Maximum number of Newton steps on t, and on s within each. 14 x 3 brings grazing rays (linear
+// convergence) to 1e-3 cells, and all others to float32.
 constexpr int kOuterSteps = 14;
 constexpr int kInnerSteps = 3;
-// The most steps to the rim at one pose, and poses tried; the steps solve a quadratic, which is
-// what a ray along the axis sees.
+// Maximum number of steps to the rim at one pose, and of poses. Each step solves a quadratic, which
+// is exact for a ray along the axis.
 constexpr int kPoseSteps = 6;
 constexpr int kPoses = 2;
-// A ray that is so near the rim [cells] is on it.
+// A ray within this distance of the rim [cells] is on it.
 constexpr float kThere = 1e-5f;
-// On the first s, and on that of a normal.
+// Steps for the first s, and for the s of a normal.
 constexpr int kFirstSteps = 11, kNormalSteps = 16;
-// A ray whose step is shorter than this [cells] stays where that brought it. Rays beside it may
-// still walk: so the vectors' width changes nothing.
+// A ray whose step is shorter than this [cells] stays there, even if neighbouring rays still walk.
+// Therefore, the vector width does not change the result.
 constexpr float kSettled = 1e-4f;
-// s is refined where that may gain more than this share of what is left to walk.
+// s is refined if that may gain more than this share of the remaining distance.
 constexpr float kMuch = 0.1f;
 
-// A depth that changes by less than this a lattice unit of height is along the disc.
+// A ray is parallel to the disc if its height above the disc changes by less than this per unit of
+// depth.
 constexpr float kParallel = 1e-12f;
-// Lengths below this [lattice units] are divided by as if they were this long: on the rim's axis,
-// and where a ray meets the rim's circle itself, directions have no length. It only keeps 0 / 0
-// away.
+// Lengths below this [lattice units] are divided by as if they had this length. Directions have no
+// length on the rim's axis, and where a ray meets the rim's circle. The value only prevents 0 / 0.
 constexpr float kNoLength = 1e-12f;
-// As kNoSweep, squared, in float32: (1e-9 cells)^2.
+// kNoSweep, squared, in float32: (1e-9 cells)^2.
 constexpr float kNoSweep2 = 1e-18f;
-// The least curvature that Newton divides by; below it the bracket is halved instead.
+// Minimum curvature for a Newton step; below it the bracket is halved.
 constexpr float kNoCurvature = 1e-20f;
-// A ray that nears the rim by less than this a cell, and is farther than this [cells] from it,
-// passes by. Larger, and grazing rays leave ridges; smaller, and they walk on until the steps are
-// used up.
+// A ray misses the rim if it approaches by less than this per cell and is farther than this [cells]
+// away. If it is larger, grazing rays leave ridges. If it is smaller, they walk until all steps are
+// used.
 constexpr float kPassing = 1e-4f;
-// A walk that ends farther than this [cells] from the rim has missed it: twenty times what grazing
-// rays are left with after all steps.
+// A walk that ends farther than this [cells] from the rim has missed it. This is twenty times the
+// error of grazing rays after all steps.
 constexpr float kMissed = 2e-2f;
 
 struct RimPoint {
@@ -90,7 +90,8 @@ HWY_INLINE RimPoint Evaluate(const SweptRim::View& k, VF u, VF v, VF t, VF s) {
   return p;
 }
 
-// The s nearest to the ray's point t, from where `s` is, for rays that `walk`, in at most `steps`.
+// The s nearest to the ray's point t. Starts at `s`, for the rays in `walk`, with at most `steps`
+// steps.
 HWY_INLINE VF Nearest(const SweptRim::View& k, VF u, VF v, VF t, VF s, MF walk, int steps) {
   const DF d;
   const float m2 = k.mu * k.mu + k.mv * k.mv + k.mt * k.mt;
@@ -104,7 +105,7 @@ HWY_INLINE VF Nearest(const SweptRim::View& k, VF u, VF v, VF t, VF s, MF walk, 
     left = hn::IfThenElse(rising, left, s);
     const VF newton = hn::Sub(s, hn::Div(p.slope_s, hn::Max(p.curve_s, F(kNoCurvature))));
     const MF inside = hn::And(hn::Ge(newton, left), hn::Le(newton, right));
-    // The first time the ends are no more than ends: many are nearest just there.
+    // In the first step, the bounds are only bounds: many rays are nearest exactly there.
     const VF beyond = i == 0 ? hn::Min(hn::Max(newton, left_end), right_end)
                              : hn::Mul(hn::Add(left, right), F(0.5f));
     const VF to = hn::IfThenElse(inside, newton, beyond);
@@ -116,24 +117,25 @@ HWY_INLINE VF Nearest(const SweptRim::View& k, VF u, VF v, VF t, VF s, MF walk, 
   return s;
 }
 
-// Where a ray's point at t is nearest to the middle's path.
-HWY_INLINE VF BesideMiddle(const SweptRim::View& k, VF u, VF v, VF t, float m2) {
+// The s at which the middle's path is nearest to a ray's point at t.
+HWY_INLINE VF ClosestToMiddle(const SweptRim::View& k, VF u, VF v, VF t, float m2) {
   const VF s =
       hn::Mul(hn::Add(hn::Add(hn::Mul(u, F(k.mu)), hn::Mul(v, F(k.mv))), hn::Mul(t, F(k.mt))),
               F(1.0f / m2));
   return hn::Min(hn::Max(s, F(k.s_min)), F(k.s_max));
 }
 
-// From `t`, where the rim at the pose `s` of each ray ends, or where the ray comes nearest to it if
-// it passes it by. The first time rays that are within that rim stay; `walk` names them no longer.
-// No step is much longer than `length`, of the ray within the enclosing ball: below the disc
-// nothing tells how far off its edge is, and float32 does not find back from anywhere.
+// Walks from `t` to the end of the rim at the pose `s` of each ray. If the ray misses that rim, it
+// walks to the nearest point. The first time, rays inside that rim stay, and `walk` drops them. No
+// step is much longer than `length`, the ray's length within the enclosing ball. Below the disc,
+// nothing shows how far its edge is, and float32 cannot return from a very long step.
 HWY_INLINE VF WalkAtPose(const SweptRim::View& k, VF u, VF v, VF t, VF s, VF length,
                          float direction, bool first, MF& walk) {
   const DF d;
   const VF zero = hn::Zero(d);
-  // From the disc's centre at that pose to the ray's point at t + x: along the disc's axis it is
-  // z + x nt; across, its square is square + 2 x at + x^2 a.
+  // The vector from the disc's centre at that pose to the ray's point at t + x. Its component along
+  // the disc's axis is z + x nt. The square of its length across the axis is square + 2 x at + x^2
+  // a.
   const VF pu = hn::Sub(u, hn::Mul(s, F(k.mu))), pv = hn::Sub(v, hn::Mul(s, F(k.mv))),
            pt = hn::Sub(t, hn::Mul(s, F(k.mt)));
   const VF z = hn::Add(hn::Add(hn::Mul(pu, F(k.nu)), hn::Mul(pv, F(k.nv))), hn::Mul(pt, F(k.nt)));
@@ -141,17 +143,17 @@ HWY_INLINE VF WalkAtPose(const SweptRim::View& k, VF u, VF v, VF t, VF s, VF len
            at = hn::Sub(pt, hn::Mul(z, F(k.nt)));
   const VF square = hn::Add(hn::Add(hn::Mul(au, au), hn::Mul(av, av)), hn::Mul(at, at));
   const float a = k.nu * k.nu + k.nv * k.nv;
-  const VF most = hn::Mul(length, F(4.0f));
+  const VF max_step = hn::Mul(length, F(4.0f));
   VF x = zero;
   MF left = walk;
   for (int i = 0; i < kPoseSteps && !hn::AllFalse(d, left); i++) {
-    const VF half = hn::Add(at, hn::Mul(x, F(a)));  // the square's derivative, halved
+    const VF half = hn::Add(at, hn::Mul(x, F(a)));  // half the derivative of the square
     const VF rho2 = hn::Add(square, hn::Mul(x, hn::Add(at, half)));
     const VF rho = hn::Max(hn::Sqrt(hn::Max(rho2, zero)), F(kNoLength));
     const VF inverse = hn::Div(F(1.0f), rho), out = hn::Mul(half, inverse);
     const VF e = hn::Max(hn::Sub(rho, F(k.disc_radius)), zero);
     const VF height = hn::Add(z, hn::Mul(x, F(k.nt)));
-    // f = G^2 - corner^2, how fast that falls along the way, and how it curves (halves of both).
+    // f = G^2 - corner^2, how fast it falls along the walk, and its curvature (halves of both).
     const VF f = hn::Sub(hn::Add(hn::Mul(e, e), hn::Mul(height, height)), F(k.corner * k.corner));
     const VF falling = hn::Mul(hn::Add(hn::Mul(e, out), hn::Mul(height, F(k.nt))), F(-direction));
     const VF out2 = hn::Mul(out, out);
@@ -163,9 +165,9 @@ HWY_INLINE VF WalkAtPose(const SweptRim::View& k, VF u, VF v, VF t, VF s, VF len
     const VF then = hn::Sqrt(hn::Max(disc, zero)), root = hn::Add(falling, then);
     const VF whole = hn::Div(hn::IfThenElse(passing, falling, f),
                              hn::Max(hn::IfThenElse(passing, curve, root), F(kNoLength)));
-    const VF step = hn::Max(hn::Min(whole, most), hn::Neg(most));
+    const VF step = hn::Max(hn::Min(whole, max_step), hn::Neg(max_step));
     x = hn::IfThenElse(left, hn::Add(x, hn::Mul(step, F(direction))), x);
-    // What the quadratic leaves out is at most a^(3/2) step^3 / rho, over how fast f falls there.
+    // The error of the quadratic is at most a^(3/2) step^3 / rho, divided by the slope of f there.
     const VF apart = hn::Mul(step, hn::Mul(step, step));
     left = hn::And(left, hn::Gt(hn::Abs(hn::Mul(apart, F(a * std::sqrt(a)))),
                                 hn::Mul(hn::Mul(rho, then), F(kSettled))));
@@ -174,16 +176,16 @@ HWY_INLINE VF WalkAtPose(const SweptRim::View& k, VF u, VF v, VF t, VF s, VF len
   return hn::Add(t, x);
 }
 
-// The end of the interval reached from `t`, walking up (`up`) or down the ray, of which `length` is
-// within the enclosing ball; rays that are within the rim at `t` stay.
+// The end of the interval, reached from `t` by walking up (`up`) or down the ray. `length` is the
+// ray's length within the enclosing ball. Rays that are inside the rim at `t` stay.
 HWY_INLINE VF Walk(const SweptRim::View& k, VF u, VF v, VF t, VF length, bool up, MF& live) {
   const DF d;
   const VF s_min = F(k.s_min), s_max = F(k.s_max);
   const float m2 = k.mu * k.mu + k.mv * k.mv + k.mt * k.mt;
-  VF s = m2 > kNoSweep2 ? BesideMiddle(k, u, v, t, m2) : F(0.5f * (k.s_min + k.s_max));
+  VF s = m2 > kNoSweep2 ? ClosestToMiddle(k, u, v, t, m2) : F(0.5f * (k.s_min + k.s_max));
   const float direction = up ? 1.0f : -1.0f;
-  // G is convex in (t, s): it is nowhere lower than its tangent plane allows. So much might another
-  // s yet gain at a point where s has not settled.
+  // G is convex in (t, s), so it is nowhere below its tangent plane. The result is the maximum that
+  // another s can still gain where s has not settled.
   const auto gain_of = [&](const RimPoint& p) HWY_ATTR {
     const VF slope_s = hn::Div(p.slope_s, hn::Max(p.distance, F(kNoLength)));
     return hn::Max(hn::Mul(slope_s, hn::Sub(s, s_min)), hn::Mul(slope_s, hn::Sub(s, s_max)));
@@ -195,7 +197,7 @@ HWY_INLINE VF Walk(const SweptRim::View& k, VF u, VF v, VF t, VF length, bool up
     if (hn::AllFalse(d, walk)) break;
     const RimPoint at = Evaluate(k, u, v, there, s);
     const VF gain = gain_of(at), excess = hn::Sub(at.distance, F(k.corner));
-    // The near end: the far one is where the distance grows along the way.
+    // The near end. At the far end, the distance grows along the walk.
     const MF near = hn::Le(hn::Mul(at.slope_t, F(direction)), F(kPassing));
     const MF arrived =
         hn::And(hn::And(walk, near), hn::Le(hn::Max(hn::Abs(excess), gain), F(kSettled)));
@@ -212,8 +214,7 @@ HWY_INLINE VF Walk(const SweptRim::View& k, VF u, VF v, VF t, VF length, bool up
   VF excess = hn::Zero(d);
   for (int outer = 0; outer < kOuterSteps && !hn::AllFalse(d, walk); outer++) {
     RimPoint at = Evaluate(k, u, v, t, s);
-    // What an s that has not settled might yet gain is no reason to walk further, nor to give the
-    // ray up.
+    // The gain that is still open in s is no reason to walk further, nor to drop the ray.
     VF gain = gain_of(at);
     const VF much = hn::Max(F(kSettled), hn::Mul(hn::Sub(at.distance, F(k.corner)), F(kMuch)));
     const MF off = hn::And(walk, hn::Gt(gain, much));
@@ -226,7 +227,7 @@ HWY_INLINE VF Walk(const SweptRim::View& k, VF u, VF v, VF t, VF length, bool up
     if (outer == 0) walk = hn::And(walk, hn::Gt(excess, hn::Zero(d)));
     const VF sure = hn::IfThenElse(hn::Gt(excess, hn::Zero(d)),
                                    hn::Max(hn::Sub(excess, gain), hn::Zero(d)), excess);
-    // Walking up, H falls until the near end is met; where it no longer falls, the ray passes by.
+    // On the walk, H falls until the near end. If it no longer falls, the ray passes by.
     const VF slope = hn::Mul(at.slope_t, F(direction));
     const MF passing =
         hn::And(walk, hn::And(hn::Ge(slope, F(-kPassing)), hn::Gt(sure, F(kPassing))));
@@ -235,7 +236,7 @@ HWY_INLINE VF Walk(const SweptRim::View& k, VF u, VF v, VF t, VF length, bool up
     const VF step = hn::Div(sure, hn::Max(hn::Neg(slope), F(kPassing)));
     const VF by = hn::IfThenElseZero(walk, hn::Mul(step, F(direction)));
     t = hn::Add(t, by);
-    // Along with it goes the nearest s, where it is not at an end.
+    // The nearest s moves with t, unless it is at an end.
     const VF with = hn::Div(at.curve_ts, hn::Max(at.curve_s, F(kNoCurvature)));
     const MF between = hn::And(hn::Gt(s, s_min), hn::Lt(s, s_max));
     const VF moved = hn::Min(hn::Max(hn::Sub(s, hn::Mul(by, with)), s_min), s_max);
@@ -249,7 +250,7 @@ HWY_INLINE VF Walk(const SweptRim::View& k, VF u, VF v, VF t, VF length, bool up
 // Turns the enclosing ball's interval of `layer` into the rim's own.
 void RimSpans(const SweptRim::View& k, SpanLayer& layer) {
   const DF d;
-  // Where rays cross heights, they do so at (height - base) / nt.
+  // A ray crosses a height at (height - base) / nt.
   const bool crosses = std::abs(k.nt) > kParallel;
   const float per_height = crosses ? 1.0f / k.nt : 0.0f;
   unsigned rows = 0;
@@ -294,7 +295,7 @@ void RimNormals(const SweptRim::View& k, const EndMasks& ends, SpanLayer& of) {
     const float m2 = k.mu * k.mu + k.mv * k.mv + k.mt * k.mt;
     VF s = hn::Zero(d);
     if (m2 > kNoSweep2)
-      s = Nearest(k, u, v, t, BesideMiddle(k, u, v, t, m2), hn::Eq(s, s), kNormalSteps);
+      s = Nearest(k, u, v, t, ClosestToMiddle(k, u, v, t, m2), hn::Eq(s, s), kNormalSteps);
     const RimPoint p = Evaluate(k, u, v, t, s);
     hn::Store(EncodeNormal(p.nu, p.nv, p.nt, NormalScale(of.flip)), du, to);
   };
@@ -320,8 +321,8 @@ HWY_EXPORT(RimSpans);
 HWY_EXPORT(RimNormals);
 
 namespace {
-// How far the rim reaches above its disc, into the shank [cells]: farther than float32 puts a place
-// wrong.
+// How far the rim reaches above its disc, into the shank [cells]. It exceeds the float32 error of a
+// position.
 constexpr double kInShank = 1e-3;
 }  // namespace
 
@@ -334,8 +335,8 @@ SweptRim::SweptRim(const LatticePoint& centre, const Mat3& frame, double disc_ra
       corner_(corner),
       start_is_clear_(start_is_clear && !motion.units.isZero(0)),
       hull_(centre, motion, disc_radius + corner) {
-  // The box of the whole rim, and that of a box about its lower half: each is the smaller at some
-  // axes.
+  // The box of the whole rim, and the box around a box of its lower half. Which one is smaller
+  // depends on the axis.
   Box whole, half;
   const Vec3 reach =
       disc_radius * (Vec3::Ones() - axis_.cwiseProduct(axis_)).cwiseMax(0).cwiseSqrt() +
@@ -352,13 +353,13 @@ SweptRim::SweptRim(const LatticePoint& centre, const Mat3& frame, double disc_ra
   bounds_ = {Box{whole.min.cwiseMax(half.min), whole.max.cwiseMin(half.max)}};
 }
 
-// Whether the sweep reaches nothing on these rays that the start pose does not hold. The distance
-// to the disc is convex, so where a point comes in it shrinks from the beginning: the motion leads
-// away from the disc there. Below the disc, and with a motion that does not lead down, it does so
-// only where it leads away from the axis.
+// True if the sweep reaches nothing on these rays beyond the start pose. The distance to the disc
+// is convex. Therefore, at a point that enters, it shrinks from the start, and the motion leads
+// away from the disc there. Below the disc, with a motion that does not lead down, this needs a
+// motion away from the axis.
 bool SweptRim::only_behind(const RayTile& rays) const {
   const double up = axis_.dot(motion_);
-  return up >= 0 && most_on(rays, bounds_.units, motion_ - up * axis_, centre_) <= 0;
+  return up >= 0 && max_over_rays(rays, bounds_.units, motion_ - up * axis_, centre_) <= 0;
 }
 
 SweptRim::View SweptRim::view_at(const RayTile& rays) const {

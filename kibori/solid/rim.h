@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-// The rounded rim of a bull-nose cutter, swept: of all points within `corner` of a disc that moves
-// along a straight line, those below the disc; the others are in the tool's shank.
+// The swept rounded rim of a bull-nose cutter. It is the set of points within `corner` of a disc
+// that moves along a straight line, below the disc. The tool's shank holds the points above.
 //
-// The distance G(t, s) from a ray's point t to the disc at motion parameter s is convex, so each
-// end of the interval is the root of a convex function of t, H(t) = min over s of G(t, s) = corner.
-// Newton walks to it from the end of the enclosing swept ball: first to the rim where that
-// stands at an end of the motion, which is the end of almost every ray if the motion is short; from
-// where that is not it, with s refined a few steps along each time. The number of steps is fixed.
+// The distance G(t, s) from a ray's point t to the disc at motion parameter s is convex. Therefore,
+// each end of the interval is a root of a convex function of t: H(t) = min over s of G(t, s) =
+// corner. Newton's method starts at the end of the enclosing swept ball. It first walks to the rim
+// at an end of the motion. If the motion is short, this is the end of almost every ray. For the
+// other rays, it refines s by a few steps along each step of t. The number of steps is fixed.
 #pragma once
 
 #include <kibori/solid/ball.h>
@@ -17,8 +17,8 @@ namespace kibori {
 class SweptRim final : public Solid {
  public:
   // Centre of the disc at the start, its frame (z: its axis), radii of disc and corner [lattice
-  // units], motion. start_is_clear: there is no material in the start pose, so rays on which the
-  // sweep reaches nothing beyond it may be left out.
+  // units], motion. start_is_clear: the start pose holds no material, so `spans` may omit rays on
+  // which the sweep reaches nothing beyond it.
   SweptRim(const LatticePoint& centre, const Mat3& frame, double disc_radius, double corner,
            const LatticeVector& motion, bool start_is_clear = false);
 
@@ -30,7 +30,7 @@ class SweptRim final : public Solid {
     float u_base, v_base, depth;  // of ray (0, 0) relative to the disc's centre; the centre's depth
     float mu, mv, mt, nu, nv, nt;
     float disc_radius, corner, s_min, s_max;
-    float low, high;  // heights above the disc at s = 0 between which all of it is
+    float low, high;  // range of the rim's heights above the disc at s = 0
   };
 
  private:
@@ -40,7 +40,7 @@ class SweptRim final : public Solid {
   Vec3 centre_, axis_, motion_;
   double disc_radius_, corner_;
   bool start_is_clear_;
-  SweptBall hull_;  // the ball that just holds the rim
+  SweptBall hull_;  // the smallest ball that holds the rim
   LatticeBox bounds_;
 };
 

@@ -11,7 +11,7 @@ bool row_filled(const SpanLayer& layer, int row) { return (layer.rows >> row) & 
 
 }  // namespace
 
-double most_on(const RayTile& rays, const Box& bounds, const Vec3& slope, const Vec3& from) {
+double max_over_rays(const RayTile& rays, const Box& bounds, const Vec3& slope, const Vec3& from) {
   Vec3 low, high;
   const int u = u_index(rays.axis), v = v_index(rays.axis), d = depth_index(rays.axis);
   low[u] = rays.u0;
@@ -20,10 +20,10 @@ double most_on(const RayTile& rays, const Box& bounds, const Vec3& slope, const 
   high[u] = rays.u0 + kTileSide;
   high[v] = rays.v0 + kTileSide;
   high[d] = bounds.max[d];
-  double most = 0;
+  double largest = 0;
   for (int i = 0; i < 3; i++)
-    most += std::max(slope[i] * (low[i] - from[i]), slope[i] * (high[i] - from[i]));
-  return most;
+    largest += std::max(slope[i] * (low[i] - from[i]), slope[i] * (high[i] - from[i]));
+  return largest;
 }
 
 // ---- Complement: the gaps between the layers of `inside` ----
@@ -34,7 +34,7 @@ LatticeBox Complement::bounds() const {
 }
 
 bool Complement::spans(const RayTile& rays, int layer, SpanLayer& out) const {
-  // Gap k runs from the end of interval k - 1 to the start of interval k.
+  // Gap k is between the end of interval k - 1 and the start of interval k.
   SpanLayer before, after;
   const bool has_before = layer > 0 && inside_.spans(rays, layer - 1, before);
   if (layer > 0 && !has_before) return false;
@@ -54,8 +54,8 @@ bool Complement::spans(const RayTile& rays, int layer, SpanLayer& out) const {
 
 void Complement::normals(const RayTile& rays, int layer, const EndMasks& ends,
                          SpanLayer& of) const {
-  // Our lo is the hi of interval layer - 1, our hi the lo of interval `layer`; out of us is into
-  // the other.
+  // The gap's lo is the hi of interval layer - 1, its hi the lo of interval `layer`. Its outward
+  // normals point into `inside`.
   const auto turn = [&](int inner_layer, bool at_inner_hi, const uint16_t(&mask)[kTileSide],
                         uint32_t* to) {
     SpanLayer inner;
@@ -75,39 +75,6 @@ void Complement::normals(const RayTile& rays, int layer, const EndMasks& ends,
   };
   turn(layer - 1, true, ends.lo, of.codes.lo);
   turn(layer, false, ends.hi, of.codes.hi);
-}
-
-// ---- Difference: each interval of `whole` splits into what lies before and after `part` ----
-
-bool Difference::spans(const RayTile& rays, int layer, SpanLayer& out) const {
-  if (!whole_.spans(rays, layer / 2, out)) return false;
-  out.last = false;
-  out.normals_ready = 0;
-  SpanLayer part;
-  if (!part_.spans(rays, 0, part)) part.rows = 0;
-  const bool before = layer % 2 == 0;
-  for (int row = 0; row < kTileSide; row++) {
-    if (!row_filled(out, row)) continue;
-    for (int slot = row * kTileSide; slot < (row + 1) * kTileSide; slot++) {
-      const bool overlaps = row_filled(part, row) && part.lo[slot] < part.hi[slot] &&
-                            part.lo[slot] < out.hi[slot] && out.lo[slot] < part.hi[slot];
-      if (before) {
-        if (overlaps) out.hi[slot] = std::min(out.hi[slot], part.lo[slot]);
-      } else {
-        out.lo[slot] = overlaps ? std::max(out.lo[slot], part.hi[slot]) : kFar;
-      }
-      if (!(out.lo[slot] < out.hi[slot])) {
-        out.lo[slot] = kFar;
-        out.hi[slot] = -kFar;
-      }
-    }
-  }
-  return true;
-}
-
-void Difference::normals(const RayTile& rays, int layer, const EndMasks& ends,
-                         SpanLayer& of) const {
-  whole_.normals(rays, layer / 2, ends, of);
 }
 
 }  // namespace kibori

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// The one idea: a solid is whatever can say where a ray enters and leaves it.
+// A solid computes where rays enter and leave it. This is its only interface.
 //
-// A solid answers for a whole tile of 16 x 16 rays at a time, in layers: layer 0 holds the first
+// A solid handles a whole tile of 16 x 16 rays at a time, in layers. Layer 0 holds the first
 // interval of every ray, layer 1 the second, and so on (convex solids have one). All coordinates
-// are lattice units in the frame of the field that asks: ray (i, j) of the tile stands at u = u0 +
-// i + 1/2, v = v0 + j + 1/2.
+// are lattice units in the frame of the calling field. Ray (i, j) of the tile is at u = u0 + i +
+// 1/2, v = v0 + j + 1/2.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ namespace kibori {
 struct RayTile {
   Axis axis;
   int u0, v0;  // indices of the tile's first ray
-  // What is asked about: of an interval beyond these depths a solid may say nothing.
+  // Range of depths of interest. A solid may omit intervals outside of it.
   float near = -kFar, far = kFar;
   bool operator==(const RayTile&) const = default;
 };
@@ -29,26 +29,27 @@ struct NormalCodes {
   alignas(64) uint32_t hi[kTileRays];
 };
 
-// One interval [lo, hi) per ray; only rows whose bit is set in `rows` are filled, and in those a
-// lane without an interval has lo >= hi. Ends beyond the lattice (+-kFar included) are allowed.
+// One interval [lo, hi) per ray. Only rows whose bit is set in `rows` are filled. In those, a lane
+// without an interval has lo >= hi. Ends beyond the lattice (+-kFar included) are allowed.
 struct SpanLayer {
   alignas(64) float lo[kTileRays];
   alignas(64) float hi[kTileRays];
   uint16_t rows;
-  // Set by who asks: normals into the solid (a cut leaves material outside it), else out of it.
+  // Set by the caller. True: normals point into the solid (a cut leaves material outside it).
+  // False: out of it.
   bool flip = false;
-  // Set by `spans` where it knows that no ray of the tile has a further interval.
+  // Set by `spans` if no ray of the tile has a further interval.
   bool last = false;
-  // Rows whose normals `spans` has filled in already, as some solids can for nothing.
+  // Rows whose normals `spans` has already filled in, because it costs nothing.
   uint16_t normals_ready = 0;
   NormalCodes codes;
 };
 
-// Which ends became ends of material: one bit a lane, one word a row.
+// Ends of the solid that became ends of material: one bit per lane, one word per row.
 struct EndMasks {
   uint16_t lo[kTileSide];
   uint16_t hi[kTileSide];
-  uint16_t rows;  // those with any bit
+  uint16_t rows;  // rows with any bit
 
   void mark(size_t row, unsigned lo_lanes, unsigned hi_lanes) {
     lo[row] |= static_cast<uint16_t>(lo_lanes);
@@ -61,23 +62,23 @@ class Solid {
  public:
   virtual ~Solid() = default;
 
-  // A box that holds the solid; infinite where the solid is.
+  // A box that contains the solid; infinite where the solid is.
   virtual LatticeBox bounds() const = 0;
 
-  // Fills layer `layer`, whose `normals_ready` and `last` come in as 0; false when no ray of the
-  // tile has so many intervals. Layers come in order along each ray.
+  // Fills layer `layer`. The caller sets `normals_ready` and `last` to 0. Returns false if no ray
+  // of the tile has this many intervals. Layers are in order along each ray.
   virtual bool spans(const RayTile& rays, int layer, SpanLayer& out) const = 0;
 
-  // Fills in the normals at the ends marked in `ends` of a layer that `spans` filled; rows that are
-  // `normals_ready` already may be left alone.
+  // Fills in the normals at the ends marked in `ends`, in a layer that `spans` filled. May skip
+  // rows that are `normals_ready`.
   virtual void normals(const RayTile& rays, int layer, const EndMasks& ends,
                        SpanLayer& of) const = 0;
 };
 
-// The most that slope'(x - from) comes to on those rays within the bounds [lattice units].
-double most_on(const RayTile& rays, const Box& bounds, const Vec3& slope, const Vec3& from);
+// Maximum of slope'(x - from) over those rays within the bounds [lattice units].
+double max_over_rays(const RayTile& rays, const Box& bounds, const Vec3& slope, const Vec3& from);
 
-// All but `inside`: an intersection is a cut with the complement.
+// The complement of `inside`. An intersection is a cut with the complement.
 class Complement final : public Solid {
  public:
   explicit Complement(const Solid& inside) : inside_(inside) {}
@@ -87,20 +88,6 @@ class Complement final : public Solid {
 
  private:
   const Solid& inside_;
-};
-
-// `whole` less `part`; what a motion newly reaches is its sweep less the start pose. `part` must be
-// convex. For contact only: ends made by `part` have no normals of their own.
-class Difference final : public Solid {
- public:
-  Difference(const Solid& whole, const Solid& part) : whole_(whole), part_(part) {}
-  LatticeBox bounds() const override { return whole_.bounds(); }
-  bool spans(const RayTile& rays, int layer, SpanLayer& out) const override;
-  void normals(const RayTile& rays, int layer, const EndMasks& ends, SpanLayer& of) const override;
-
- private:
-  const Solid& whole_;
-  const Solid& part_;
 };
 
 }  // namespace kibori

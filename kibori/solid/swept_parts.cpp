@@ -10,7 +10,7 @@ Box cylinder_box(double radius, double z0, double z1) {
   return {Vec3(-radius, -radius, z0), Vec3(radius, radius, z1)};
 }
 
-// The apex at the origin; from z0 up. `slope` is radius per height.
+// A cone with its apex at the origin, from z0 up. `slope` is radius per height.
 ConvexBody cone_body(double slope, double z0, const BodyTop& top) {
   ConvexBody body;
   body.cone = true;
@@ -34,8 +34,8 @@ ConvexBody upright_box_body(double half_x, double half_y, double z0, const BodyT
   return body;
 }
 
-// A V of that half angle along the local axis `along` (0: x, 1: y), up to `top`; it is 2 half_wide
-// wide there.
+// A V of this half angle along the local axis `along` (0: x, 1: y), up to `top`. Its width there is
+// 2 half_wide.
 ConvexBody wedge_body(int along, const SinCos& half, double half_long, double half_wide,
                       const BodyTop& top) {
   ConvexBody body;
@@ -126,7 +126,8 @@ void SweptParts::wedge_blade(int along, double angle_deg, double x_mm, double y_
 }
 
 void SweptParts::mesh(std::shared_ptr<const TriangleMesh> mesh) {
-  // Divided, not scaled: documents carved with mesh tools replay to the same bits.
+  // Division, not multiplication by scale(): documents carved with mesh tools replay to the same
+  // bits.
   add<SweptMesh>(std::move(mesh), start_, LatticeVector{motion_mm_ / lattice_.pitch_mm}, lattice_);
 }
 

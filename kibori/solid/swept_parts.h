@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The parts of a swept tool. A tool shape adds them in `add_parts`; all make the same straight
-// motion. Parts may overlap: their union is the tool.
+// The parts of a swept tool. A tool shape adds them in `add_parts`. All parts make the same
+// straight motion. Parts may overlap: their union is the tool.
 //
 //     |    |
 //     |    |    cylinder(shank, reach, length)
@@ -10,10 +10,9 @@
 //    (      )   ball(radius)
 //     `----'    <- tip, height 0
 //
-// Arguments named _mm and _deg are as the shape has them, heights are measured from the tip. All
-// else is in lattice units: mm times scale(). Of a tool longer than the lattice, the part beyond
-// the lattice is left out. It must not be cut at the material: that would change the last digits of
-// moments.
+// Arguments named _mm and _deg have the units of the shape. Heights start at the tip. Everything
+// else is in lattice units: mm times scale(). If a tool is longer than the lattice, the part beyond
+// the lattice is omitted. Do not cut it at the material: that changes the last digits of moments.
 #pragma once
 
 #include <algorithm>
@@ -36,7 +35,7 @@ namespace kibori {
 // Sine and cosine of half a full angle in degrees.
 inline SinCos half_angle(double angle_deg) { return sin_cos(angle_deg * (std::numbers::pi / 360)); }
 
-// Where a body ends [lattice units]. If that is above everything it can meet, it is cut off there
+// Where a body ends [lattice units]. A body that ends above everything it can meet is cut off there
 // and needs no face.
 struct BodyTop {
   double height, length;
@@ -52,13 +51,13 @@ struct BodyTop {
 // A cylinder around the axis from z0 up [lattice units].
 ConvexBody cylinder_body(double radius, double z0, const BodyTop& top);
 
-// The parts live in place: only a mesh allocates.
+// The parts are stored in place. Only a mesh allocates.
 class SweptParts {
  public:
   static constexpr size_t kMaxParts = 5;
 
-  // start_is_clear: there is no material in the start pose, so rays on which the sweep reaches
-  // nothing beyond it may be left out.
+  // start_is_clear: the start pose holds no material, so `spans` may omit rays on which the sweep
+  // reaches nothing beyond it.
   SweptParts(const Pose& start, const Vec3& motion_mm, const Lattice& lattice, bool start_is_clear);
   ~SweptParts() {
     for (size_t i = 0; i < count_; i++) solids_[i]->~Solid();
@@ -69,21 +68,21 @@ class SweptParts {
   size_t count() const { return count_; }
   const Solid& operator[](size_t i) const { return *solids_[i]; }
 
-  // A ball that stands on the tip.
+  // A ball whose lowest point is the tip.
   void ball(double radius_mm);
-  // Parts between two heights; nothing if they are empty or above the lattice.
+  // Parts between two heights. Adds nothing if they are empty or above the lattice.
   void cylinder(double radius_mm, double from_mm, double to_mm);
   void upright_box(double x_mm, double y_mm, double from_mm, double to_mm);
-  // A cone of that full angle, cut between two heights; nothing if it is above the lattice.
+  // A cone of this full angle, cut between two heights. Adds nothing if it is above the lattice.
   void cone(double angle_deg, double apex_mm, double from_mm, double to_mm);
-  // A blade of x by y mm whose edge, a V of that full angle, lies along x (0) or y (1). Above the V
-  // its sides are upright.
+  // A blade of x by y mm. Its edge is a V of this full angle, along x (0) or y (1). Its sides are
+  // upright above the V.
   void wedge_blade(int along, double angle_deg, double x_mm, double y_mm, double length_mm);
   // A closed mesh in tool coordinates.
   void mesh(std::shared_ptr<const TriangleMesh> mesh);
   // A body in the tool frame.
   void convex(const ConvexBody& body);
-  // A solid of that type from its constructor's arguments.
+  // A solid of type T from its constructor's arguments.
   template <class T, class... Args>
   void add(Args&&... args) {
     solids_[count_] = new (&rooms_[count_]) T(std::forward<Args>(args)...);
@@ -99,12 +98,12 @@ class SweptParts {
   const Mat3& frame() const { return start_.frame; }
   const LatticeVector& motion() const { return motion_; }
   bool start_is_clear() const { return start_is_clear_; }
-  // The height of the lattice's farthest corner: a body meets nothing above it.
+  // The height of the lattice's farthest corner. A body meets nothing above it.
   double useful() const;
   BodyTop top(double height_mm) const { return {height_mm * scale(), useful()}; }
 
  private:
-  // Bare memory, as variants would be cleared every tick.
+  // Raw memory: variants would be cleared every tick.
   struct Room {
     alignas(64) std::byte bytes[std::max({sizeof(SweptBall), sizeof(SweptConvex), sizeof(SweptRim),
                                           sizeof(SweptMesh)})];

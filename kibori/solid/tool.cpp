@@ -62,13 +62,13 @@ LatticeBox SweptTool::bounds() const {
 }
 
 SweptTool::Layers& SweptTool::layers_of(const RayTile& rays, bool flip) const {
-  struct Asked {
+  struct LastQuery {
     uint64_t id = 0;
     RayTile rays{Axis::x, -1, -1};
     bool flip = false;
     Layers layers;
   };
-  thread_local Asked last;
+  thread_local LastQuery last;
   if (last.id == id_ && last.rays == rays && last.flip == flip) return last.layers;
   last.id = id_;
   last.rays = rays;
@@ -90,7 +90,7 @@ SweptTool::Layers& SweptTool::layers_of(const RayTile& rays, bool flip) const {
 bool SweptTool::spans(const RayTile& rays, int layer, SpanLayer& out) const {
   if (parts_.count() == 1) return parts_[0].spans(rays, layer, out);
   if (convex_ && layer != 0) return false;
-  static_assert(SweptParts::kMaxParts <= kMostParts);
+  static_assert(SweptParts::kMaxParts <= kMaxUnionParts);
   const Layers& parts = layers_of(rays, out.flip);
   out.normals_ready = 0;
   if (convex_) {
@@ -104,7 +104,7 @@ bool SweptTool::spans(const RayTile& rays, int layer, SpanLayer& out) const {
 
 void SweptTool::normals(const RayTile& rays, int layer, const EndMasks& ends, SpanLayer& of) const {
   if (parts_.count() == 1) return parts_[0].normals(rays, layer, ends, of);
-  // The piece that made an end has the very same number there.
+  // The part that made an end has exactly the same number there.
   Layers& parts = layers_of(rays, of.flip);
   for (size_t i = 0; i < parts_.count(); i++) {
     SpanLayer& own = parts[i];

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Tools: the list of all shapes a user can hold, and the solid a tool sweeps in a straight motion.
-// Each shape is one file in kibori/solid/tools/; tool_shape.h says what such a file holds.
+// The list of all tool shapes, and the solid that a tool sweeps in a straight motion. Each shape is
+// one file in kibori/solid/tools/. tool_shape.h says what such a file holds.
 #pragma once
 
 #include <array>
@@ -36,7 +36,7 @@
 
 namespace kibori {
 
-// All tools: the one list of their shapes.
+// All tool shapes. This is the only list.
 using Tool =
     std::variant<Finger, BallTool, Flat, Bull, Cone, Capsule, HalfSpace, BoxTool, Ellipsoid,
                  MeshTool, Drill, TaperedBall, Gouge, Vee, Chisel, Skew, Knife, Lollipop, TSlot>;
@@ -49,22 +49,22 @@ constexpr std::array<const char*, sizeof...(Shape)> shapes_of(
 }
 }  // namespace internal
 
-// The names of all shapes, in the order of Tool; scenes, documents and messages call them so.
+// The names of all shapes, in the order of Tool. Scenes, documents and messages use them.
 inline constexpr auto kToolShapes = internal::shapes_of(std::type_identity<Tool>());
 
 // The name of a tool's shape.
 inline const char* shape_of(const Tool& tool) { return kToolShapes[tool.index()]; }
 
-// One line on a tool's shape, for people.
+// One line about a tool's shape, for people.
 const char* shape_note(const Tool& tool);
 
-// A tool of the shape of that name, with its default numbers (a mesh tool without a mesh, which
-// check_tool refuses); none where there is no such shape.
+// A tool of the named shape with its default numbers; nullopt if the name is unknown. A mesh tool
+// has no mesh, and check_tool rejects it.
 std::optional<Tool> default_tool(std::string_view shape);
 
-// Calls f(name, number) for each number of a tool, in the order of its declaration. A number is a
-// double& or, for sizes along x, y and z, a Vec3&; all are positive, lengths in mm and angles in
-// degrees.
+// Calls f(name, number) for each number of a tool, in the order of declaration. A number is a
+// double& or, for sizes along x, y and z, a Vec3&. All numbers are positive. Lengths are in mm,
+// angles in degrees.
 template <class F>
 void for_tool_numbers(Tool& tool, F&& f) {
   std::visit([&](auto& t) { t.for_numbers(t, f); }, tool);
@@ -74,25 +74,26 @@ void for_tool_numbers(const Tool& tool, F&& f) {
   std::visit([&](const auto& t) { t.for_numbers(t, f); }, tool);
 }
 
-// Ok, or one sentence naming the parameter that can't be.
+// Ok, or one sentence that names the invalid parameter.
 Status check_tool(const Tool& tool);
 
-// The farthest point of the tool from its tip [mm]; infinite for a half-space.
+// Distance from the tip to the farthest point of the tool [mm]; infinite for a half-space.
 double reach_mm(const Tool& tool);
 
-// Whether no ray can leave the tool and enter it again.
+// True if no ray can leave the tool and enter it again.
 bool is_convex(const Tool& tool);
 
+// The broad flat faces of a tool.
 FlatFaces flat_faces(const Tool& tool);
 
-// The solid that `tool` sweeps while it moves by motion_mm without turning; in place, without
-// allocation (but for a mesh).
+// The solid that `tool` sweeps while it moves by motion_mm without a turn. Stored in place; only a
+// mesh allocates.
 class SweptTool final : public Solid {
  public:
   SweptTool(const Tool& tool, const Pose& start, const Vec3& motion_mm, const Lattice& lattice,
             bool start_is_clear = false);
 
-  // The same solid, without the way through this one where there is a single piece.
+  // The same solid without the indirection if there is only one part.
   const Solid& solid() const { return parts_.count() == 1 ? parts_[0] : *this; }
 
   LatticeBox bounds() const override;
@@ -101,15 +102,15 @@ class SweptTool final : public Solid {
 
  private:
   using Layers = std::array<SpanLayer, SweptParts::kMaxParts>;
-  // What each part says of a tile; kept for each thread, as an edit asks for the normals of the
-  // tile whose spans it has asked for.
+  // The layer of each part for one tile. Each thread keeps the last tile, because an edit reads a
+  // tile's spans and then its normals.
   Layers& layers_of(const RayTile& rays, bool flip) const;
 
-  // One solid, or convex solids. Where their union is convex, its interval is the hull of theirs;
-  // else theirs are merged where they meet.
+  // One solid, or several convex solids. If their union is convex, its interval is the hull of
+  // their intervals. Otherwise intervals that meet are merged.
   SweptParts parts_;
   bool convex_;
-  uint64_t id_;  // never given twice
+  uint64_t id_;  // unique for each object
 };
 
 }  // namespace kibori

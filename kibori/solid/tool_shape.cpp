@@ -25,7 +25,7 @@ void ToolCheck::between(const char* name, double value, double min, double max) 
     require(false, sentence("%s must be between %g and %g", name, min, max));
 }
 
-void ToolCheck::at_most(const char* name, double value, const char* max_name, double max) {
+void ToolCheck::check_max(const char* name, double value, const char* max_name, double max) {
   if (!(value <= max)) require(false, sentence("%s must not exceed %s", name, max_name));
 }
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// What a tool shape is. Each shape is one struct in one file of kibori/solid/tools/, in its own
-// frame: the tip is the origin, the body lies along +z, lengths are in mm and angles in degrees.
-// kibori/solid/tool.h lists the shapes; the concept ToolShape below lists what each one has.
+// The definition of a tool shape. Each shape is one struct in one file of kibori/solid/tools/. In
+// its own frame, the tip is the origin and the body extends along +z. Lengths are in mm and angles
+// in degrees. kibori/solid/tool.h lists the shapes. The concept ToolShape below lists the members
+// of a shape.
 #pragma once
 
 #include <cmath>
@@ -14,11 +15,11 @@
 
 namespace kibori {
 
-// The broad flat faces of a tool: they lie across the first `axes` directions of its pose, of which
-// the tool's axis is the first.
+// The broad flat faces of a tool. They are perpendicular to the first `axes` directions of its
+// pose. The tool's axis is the first direction.
 struct FlatFaces {
   int axes = 0;
-  double size_mm = 0;  // no face is wider; infinite if that is unknown
+  double size_mm = 0;  // maximum width of a face; infinite if it is unknown
 };
 
 // Checks the numbers of a tool and keeps the first fault as a sentence.
@@ -27,12 +28,12 @@ class ToolCheck {
   void require(bool condition, const std::string& sentence) {
     if (fault_.empty() && !condition) fault_ = sentence;
   }
-  // A finite number above 0.
+  // Requires a finite number above 0.
   void positive(const char* name, double value);
   void between(const char* name, double value, double min, double max);
-  void at_most(const char* name, double value, const char* max_name, double max);
+  void check_max(const char* name, double value, const char* max_name, double max);
 
-  // Empty if there is none.
+  // Empty if there is no fault.
   const std::string& fault() const { return fault_; }
 
  private:
@@ -46,14 +47,14 @@ concept ToolShape = std::equality_comparable<Shape> &&
   { Shape::kShape } -> std::convertible_to<std::string_view>;
   // One line for people: help of the Python module, docs/scenes.md.
   { Shape::kAbout } -> std::convertible_to<std::string_view>;
-  // Whether no ray can leave the tool and enter it again.
+  // True if no ray can leave the tool and enter it again.
   { Shape::kIsConvex } -> std::convertible_to<bool>;
   // Calls f(name, number) for each number, in the order of declaration. A
   // number is a double or, for sizes along x, y and z, a Vec3.
   Shape::for_numbers(shape, [](const char*, const auto&) {});
   // Checks the numbers against each other. All are positive.
   shape.check(checks);
-  // The farthest point from the tip [mm].
+  // Distance from the tip to the farthest point [mm].
   { shape.reach_mm() } -> std::same_as<double>;
   { shape.flat_faces() } -> std::same_as<FlatFaces>;
   // Adds the parts of which the swept tool is made.

@@ -10,12 +10,14 @@
 namespace kibori {
 namespace {
 
-// Points closer than this share of the curve's extent are in one place. Larger, and fine detail of
-// a large curve is refused; smaller, and the curve's direction there is rounding.
+// Points closer than this share of the curve's extent are in one place. If it is larger, fine
+// detail of a large curve is rejected. If it is smaller, the curve's direction there is rounding
+// error.
 constexpr double kOnePlace = 1e-9;
 
-// Solves matrix x = right in place, without pivots: these systems are diagonally dominant or nearly
-// so. Only whole rows are combined, nothing is summed up, so no vector unit changes a bit.
+// Solves matrix x = right in place, without pivots. These systems are diagonally dominant or nearly
+// so. The solver only combines whole rows and computes no sums, so the vector unit does not change
+// the result.
 void solve(Eigen::MatrixXd& matrix, Eigen::MatrixXd& right) {
   const Eigen::Index n = matrix.rows();
   const auto combine = [&](Eigen::Index into, Eigen::Index from) {
@@ -76,7 +78,7 @@ size_t CubicSpline::coefficient(size_t span, size_t local) const {
   return closed_ ? (span + local + points_ - 1) % points_ : span + local;
 }
 
-// Cox and de Boor's recursion, from degree 1 to 3, between the eight knots around the span.
+// The recursion of Cox and de Boor, from degree 1 to 3, between the eight knots around the span.
 CubicSpline::Basis CubicSpline::basis(double t) const {
   const double end = spans_;
   t = closed_ ? t - end * std::floor(t / end) : std::clamp(t, 0.0, end);
@@ -123,10 +125,10 @@ CubicSpline::Basis CubicSpline::basis(double t) const {
 
 Result<CubicSpline> CubicSpline::make(const SplineCurve& curve) {
   const std::vector<Vec3>& points = curve.points_mm;
-  const size_t least = curve.closed ? 3 : 2;
-  if (points.size() < least)
+  const size_t min_count = curve.closed ? 3 : 2;
+  if (points.size() < min_count)
     return Error{std::string(curve.closed ? "a closed" : "an open") + " spline needs at least " +
-                 std::to_string(least) + " points, not " + std::to_string(points.size())};
+                 std::to_string(min_count) + " points, not " + std::to_string(points.size())};
   if (points.size() > kMaxSplinePoints)
     return Error{"a spline has at most " + std::to_string(kMaxSplinePoints) + " points, not " +
                  std::to_string(points.size())};
@@ -185,11 +187,11 @@ Result<FlatCurve> CubicSpline::flatten(double tolerance_mm) const {
   std::vector<double> segments(static_cast<size_t>(spans_));
   double samples = 0;
   for (int span = 0; span < spans_; span++) {
-    // C'' is linear from knot to knot, so its largest is at one of the two.
+    // C'' is linear between knots, so its maximum is at one of the two.
     const double bend = std::max(at(span).second.norm(), at(span + 1).second.norm());
-    const double least = points_ == 2 ? 1 : kMinSegments;
+    const double min_count = points_ == 2 ? 1 : kMinSegments;
     double& count = segments[static_cast<size_t>(span)];
-    count = std::max(least, std::ceil(std::sqrt(bend / (8 * tolerance_mm))));
+    count = std::max(min_count, std::ceil(std::sqrt(bend / (8 * tolerance_mm))));
     samples += count;
   }
   if (!(samples <= kMaxSamples))

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 // Cubic B-spline curves through or near control points that hands hold.
 //
-// Knots are uniform: point j of an interpolating curve is passed at t = j, and one of a closed
-// approximating curve is neared most there. So a curve is linear in its points at any t,
+// Knots are uniform. An interpolating curve passes point j at t = j. A closed approximating curve
+// is nearest to point j there. Therefore, a curve is linear in its points at any t:
 //
-//   C(t) = sum over j of B_j(t) P_j,
+//   C(t) = sum over j of B_j(t) P_j.
 //
-// and B_j says how far the curve goes along with point j. (With knots by chord length, B would
-// depend on the points, and pulling one would not move the curve by B_j alone.)
+// B_j is the share of point j's displacement that the curve follows. With knots by chord length, B
+// would depend on the points. Then a moved point would not move the curve by B_j alone.
 #pragma once
 
 #include <cstddef>
@@ -20,11 +20,12 @@
 
 namespace kibori {
 
+// The control points of a curve, and how it follows them.
 struct SplineCurve {
   std::vector<Vec3> points_mm;
   bool closed = false;
-  // Through the points (open: without curvature at the ends), else near them (open: from the first
-  // to the last).
+  // If true, the curve passes through the points; an open one has no curvature at its ends. If
+  // false, it passes near them; an open one runs from the first point to the last.
   bool interpolate = true;
   bool operator==(const SplineCurve&) const = default;
 };
@@ -33,7 +34,7 @@ inline constexpr size_t kMaxSplinePoints = 64;
 
 // A curve as a polyline.
 struct FlatCurve {
-  bool closed = false;  // then the last sample is joined to the first
+  bool closed = false;  // if true, the last sample is joined to the first
   std::vector<double> t;
   std::vector<Vec3> at_mm;
   std::vector<Vec3> tangent;  // dC/dt [mm]
@@ -45,30 +46,31 @@ struct FlatCurve {
   double weight(size_t sample, size_t point) const { return weights[sample * points + point]; }
 };
 
+// A curve that can be evaluated and flattened.
 class CubicSpline {
  public:
   struct Point {
     Vec3 at_mm, first, second;  // C [mm], dC/dt, d2C/dt2
   };
 
-  // Errors: fewer than 3 points (2 where open: a straight line) or more than kMaxSplinePoints,
-  // coordinates that are not finite or larger than kMaxCoordinate, all points in one place,
-  // neighbours in one place that are to be interpolated.
+  // Errors: fewer than 3 points (2 if open: a straight line), or more than kMaxSplinePoints. Also
+  // coordinates that are not finite or larger than kMaxCoordinate. Also all points in one place, or
+  // neighbours of an interpolating curve in one place.
   static Result<CubicSpline> make(const SplineCurve& curve);
 
   bool closed() const { return closed_; }
   size_t points() const { return points_; }
-  // t is in [0, spans()]; beyond, a closed curve goes round, and an open one stays at its end.
+  // t is in [0, spans()]. Beyond that, a closed curve repeats, and an open one stays at its end.
   int spans() const { return spans_; }
 
   Point at(double t) const;
-  // B_j(t) of every control point; their sum is 1. Those of an interpolating curve may be negative.
+  // B_j(t) of every control point. Their sum is 1. Those of an interpolating curve may be negative.
   std::vector<double> weights(double t) const;
 
-  // A polyline whose corners are on the curve and whose distance from it is at most the tolerance:
-  // |C''| dt^2 / 8, and C'' is linear between knots. At least kMinSegments a span, so that weights,
-  // too, may be taken as linear between samples. Errors: a tolerance that is not above 0, one that
-  // takes more than kMaxSamples.
+  // A polyline whose corners are on the curve, and whose distance from it is at most the tolerance.
+  // The bound is |C''| dt^2 / 8, where C'' is linear between knots. Each span has at least
+  // kMinSegments segments, so that weights are nearly linear between samples too. Errors: a
+  // tolerance that is not above 0, or one that needs more than kMaxSamples.
   Result<FlatCurve> flatten(double tolerance_mm) const;
 
   static constexpr int kMinSegments = 4;

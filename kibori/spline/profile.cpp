@@ -7,12 +7,12 @@
 namespace kibori {
 namespace {
 
-// Twice the area of abc; above 0 where it goes round counter-clockwise.
+// Twice the area of abc; positive if abc is counter-clockwise.
 double turn(const Vec2& a, const Vec2& b, const Vec2& c) {
   return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
 }
 
-// Whether p, which is on the line through a and b, is between them.
+// True if p, which is on the line through a and b, is between them.
 bool between(const Vec2& a, const Vec2& b, const Vec2& p) {
   return std::min(a.x(), b.x()) <= p.x() && p.x() <= std::max(a.x(), b.x()) &&
          std::min(a.y(), b.y()) <= p.y() && p.y() <= std::max(a.y(), b.y());
@@ -39,7 +39,7 @@ bool crosses_itself(const std::vector<Vec2>& polygon) {
   const size_t n = polygon.size();
   if (n < 3) return false;
   const auto corner = [&](size_t i) -> const Vec2& { return polygon[i % n]; };
-  // Sides by where they begin along x, so that each is compared with those beside it only.
+  // Sides are sorted by their lower x, so that each is compared only with sides of overlapping x.
   std::vector<size_t> order(n);
   for (size_t i = 0; i < n; i++) order[i] = i;
   const auto low = [&](size_t i) { return std::min(corner(i).x(), corner(i + 1).x()); };
@@ -51,7 +51,7 @@ bool crosses_itself(const std::vector<Vec2>& polygon) {
       size_t i = order[k], j = order[l];
       if ((j + 1) % n == i) std::swap(i, j);
       const Vec2 &a = corner(i), &b = corner(i + 1), &c = corner(j), &d = corner(j + 1);
-      if ((i + 1) % n == j) {  // neighbours: the second may not go back along the first
+      if ((i + 1) % n == j) {  // neighbours: the second may not reverse along the first
         if (turn(a, b, d) == 0 && (a - b).dot(d - b) > 0) return true;
       } else if (meet(a, b, c, d)) {
         return true;
@@ -78,7 +78,7 @@ std::vector<std::array<uint32_t, 3>> triangulate(const std::vector<Vec2>& polygo
     for (size_t k = after[after[i]]; k != before[i]; k = after[k]) {
       const Vec2& p = polygon[k];
       if (p.x() < min.x() || p.x() > max.x() || p.y() < min.y() || p.y() > max.y()) continue;
-      // Only a corner that points inwards can be the first to reach into the ear.
+      // Only a reflex corner can be the first to reach into the ear.
       if (turn_at(k) > 0) continue;
       if (turn(a, b, p) >= 0 && turn(b, c, p) >= 0 && turn(c, a, p) >= 0) return false;
     }
@@ -87,7 +87,7 @@ std::vector<std::array<uint32_t, 3>> triangulate(const std::vector<Vec2>& polygo
   std::vector<std::array<uint32_t, 3>> triangles;
   size_t left = n, at = 0, refused = 0;
   while (left > 3) {
-    // Rounding may hide the last ears; then any corner will do, the mesh stays closed.
+    // Rounding may hide the last ears. Then any corner is accepted, and the mesh stays closed.
     if (refused < left && !is_ear(at)) {
       refused++;
       at = after[at];

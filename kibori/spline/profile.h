@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Plane polygons: whether one crosses itself, and its triangles. Internal to `spline`.
+// Plane polygons: a test for self-intersection, and triangulation. Internal to `spline`.
 #pragma once
 
 #include <array>
@@ -12,14 +12,15 @@ namespace kibori {
 
 using Vec2 = Eigen::Vector2d;
 
-// Above 0 where the polygon goes round counter-clockwise.
+// Positive if the polygon is counter-clockwise [square of the input's unit].
 double signed_area(const std::vector<Vec2>& polygon);
 
-// Whether sides of a closed polygon cross or touch, other than neighbours in their corner.
+// True if sides of a closed polygon cross or touch, except neighbours in their common corner.
 bool crosses_itself(const std::vector<Vec2>& polygon);
 
-// Triangles of a counter-clockwise polygon that does not cross itself, by cutting ears (Meisters
-// 1975), in turn around it so that they do not all become slivers of one corner.
+// Triangles of a counter-clockwise polygon that does not cross itself, by ear cutting (Meisters
+// 1975). It cuts ears in turn around the polygon, so that they do not all become slivers at one
+// corner.
 std::vector<std::array<uint32_t, 3>> triangulate(const std::vector<Vec2>& polygon);
 
 }  // namespace kibori

@@ -12,21 +12,21 @@
 namespace kibori {
 namespace {
 
-constexpr double kGrid = 1 << kSnapBits;  // steps a cell
+constexpr double kGrid = 1 << kSnapBits;  // steps per cell
 
-// A crossing this close to a node [cells] is compared with it in whole numbers. A thousand times
-// what float64 makes wrong of a depth of 2^15 cells.
+// If a crossing is this close to a node [cells], integers decide their order. This is a thousand
+// times the float64 error of a depth of 2^15 cells.
 constexpr double kClose = 1e-7;
 
-// Gaps and intervals without a node that are thinner than this [cells] are left out: triangles that
-// share a plane do so to a step of the grid. Far below what the surface shows.
+// Gaps and intervals that contain no node and are thinner than this [cells] are dropped. Triangles
+// that share a plane agree only to a step of the grid. This is far below what the surface shows.
 constexpr float kSliver = 1e-3f;
 
 }  // namespace
 
 struct ShapeSolid::Crossing {
-  uint32_t ray;  // as of Table::first
-  int node;      // the first behind it
+  uint32_t ray;  // index of the ray, as in Table::first
+  int node;      // the first node behind it
   End end;
 };
 
@@ -57,7 +57,7 @@ SnappedPoint ShapeSolid::snapped(uint32_t vertex, Axis axis) const {
           static_cast<double>(point[static_cast<size_t>(depth_index(axis))]) / kGrid};
 }
 
-// The first node of a ray that is behind its crossing with a triangle.
+// The first node of a ray behind its crossing with a triangle.
 int ShapeSolid::node_behind(uint32_t triangle, Axis axis, int u, int v, double depth) const {
   const double nearest = std::floor(depth);  // the node at nearest + 1/2
   const int node = static_cast<int>(nearest);
@@ -72,8 +72,8 @@ int ShapeSolid::node_behind(uint32_t triangle, Axis axis, int u, int v, double d
   place(u_index(axis), u);
   place(v_index(axis), v);
   place(depth_index(axis), node);
-  // Which side of the triangle's plane the node is on. Coordinates are below 2^29, so the normal's
-  // are below 2^60, and the sum needs more than 64 bits.
+  // The side of the triangle's plane that the node is on. Coordinates are below 2^29, so the
+  // normal's are below 2^60, and the sum needs more than 64 bits.
   __extension__ using Wide = __int128;
   Wide side = 0;
   int64_t normal[3];
@@ -82,7 +82,8 @@ int ShapeSolid::node_behind(uint32_t triangle, Axis axis, int u, int v, double d
     normal[i] = (b[j] - a[j]) * (c[k] - a[k]) - (b[k] - a[k]) * (c[j] - a[j]);
     side += static_cast<Wide>(normal[i]) * (at[i] - a[i]);
   }
-  // On it: the node is moved by (x, y, z), x far more than y and y than z.
+  // A node on the plane is shifted by (x, y, z). x is far larger than y, and y is far larger than
+  // z.
   for (size_t i = 0; i < 3 && side == 0; i++) side = normal[i];
   const bool ahead = normal[static_cast<size_t>(depth_index(axis))] > 0;
   return (side > 0) == ahead ? node : node + 1;
@@ -112,7 +113,7 @@ std::vector<ShapeSolid::Crossing> ShapeSolid::find_crossings(Axis axis, const Ra
                     const int tile =
                         (v / kTileSide - table.tv0) * table.tiles_u + (u / kTileSide - table.tu0);
                     const int slot = v % kTileSide * kTileSide + u % kTileSide;
-                    // A depth that float32 rounds to the node's other side is put back.
+                    // If float32 rounds a depth to the node's other side, the clamp corrects it.
                     const float low = static_cast<float>(node) - 0.5f;
                     const float at =
                         std::clamp(static_cast<float>(depth), std::nextafter(low, kFar), low + 1);
@@ -165,7 +166,7 @@ ShapeSolid::Table ShapeSolid::make_table(const Lattice& lattice, Axis axis) cons
   const size_t tiles = static_cast<size_t>(table.tiles_u) * static_cast<size_t>(table.tiles_v);
   const std::vector<Crossing> found = find_crossings(axis, rect, table);
 
-  // By ray.
+  // Sort by ray.
   std::vector<uint32_t> start(tiles * kTileRays + 1, 0);
   for (const Crossing& c : found) start[c.ray + 1]++;
   for (size_t i = 1; i < start.size(); i++) start[i] += start[i - 1];
@@ -180,8 +181,8 @@ ShapeSolid::Table ShapeSolid::make_table(const Lattice& lattice, Axis axis) cons
     const size_t own = table.intervals.size();
     add_intervals({crossings.data() + start[ray], start[ray + 1] - start[ray]}, table.intervals);
     table.first[ray + 1] = static_cast<uint32_t>(table.intervals.size());
-    uint32_t& most = table.layers[ray / kTileRays];
-    most = std::max(most, static_cast<uint32_t>(table.intervals.size() - own));
+    uint32_t& max_count = table.layers[ray / kTileRays];
+    max_count = std::max(max_count, static_cast<uint32_t>(table.intervals.size() - own));
   }
   return table;
 }
@@ -246,7 +247,7 @@ uint32_t ShapeSolid::code(const End& end, Axis axis, int u, int v, bool at_hi, b
   }
   Vec3 normal = Vec3::Zero();
   for (size_t i = 0; i < 3; i++) normal += part[i] / whole * shape_->normals[end.triangle][i];
-  // Where the mesh is wound the other way, out of the solid is into the triangle.
+  // If the mesh is wound inside out, the solid's outward direction is the triangle's inward one.
   if ((end.entering != 0) == at_hi) normal = -normal;
   double depth = normal[depth_index(axis)];
   depth = at_hi ? std::max(depth, 0.0) : std::min(depth, 0.0);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// A spline's mesh as a solid, by the crossings of every ray of its region. The mesh is put on a
-// grid of 2^-kSnapBits cells, in all three directions, so that all fields see the very same one;
-// whether a node is inside is then decided by whole numbers. A node on the mesh is moved, in
-// thought, as crossings.h moves its ray. So the fields agree at every node, without a vote. Inside
-// is where the winding number is not zero. Internal to `spline`.
+// A spline's mesh as a solid, from the crossings of all rays of its region. The mesh snaps to a
+// grid of 2^-kSnapBits cells in all three directions, so all fields see exactly the same mesh.
+// Integer arithmetic decides if a node is inside. A node on the mesh is treated as shifted, as
+// crossings.h shifts its ray. Therefore, the fields agree at every node, without a vote. Inside is
+// where the winding number is not zero. Internal to `spline`.
 #pragma once
 
 #include <array>
@@ -26,11 +26,11 @@ class ShapeSolid final : public Solid {
 
   LatticeBox bounds() const override { return bounds_; }
   bool spans(const RayTile& rays, int layer, SpanLayer& out) const override;
-  // The shape's own normals, between those of the triangle's corners.
+  // The shape's own normals, interpolated between the triangle's corners.
   void normals(const RayTile& rays, int layer, const EndMasks& ends, SpanLayer& of) const override;
 
  private:
-  // A crossing of a ray; `entering` against the triangle's outward normal.
+  // A crossing of a ray. `entering` means against the triangle's outward normal.
   struct End {
     float depth;
     uint32_t triangle : 31;
@@ -39,13 +39,13 @@ class ShapeSolid final : public Solid {
   struct Interval {
     End lo, hi;
   };
-  // Intervals of the rays of one field's tiles, tile by tile: those of slot s of tile t are
+  // Intervals of the rays of one field's tiles, tile by tile. Those of slot s of tile t are
   // intervals[first[t * kTileRays + s]] .. [.. + 1].
   struct Table {
     int tu0 = 0, tv0 = 0, tiles_u = 0, tiles_v = 0;
     std::vector<uint32_t> first;
     std::vector<Interval> intervals;
-    std::vector<uint32_t> layers;  // by tile: the most on one ray
+    std::vector<uint32_t> layers;  // by tile: maximum number on one ray
   };
   struct Crossing;
   using GridPoint = std::array<int64_t, 3>;
@@ -53,11 +53,11 @@ class ShapeSolid final : public Solid {
   explicit ShapeSolid(const SplineMesh& shape) : shape_(&shape) {}
   SnappedPoint snapped(uint32_t vertex, Axis axis) const;
   Table make_table(const Lattice& lattice, Axis axis) const;
-  // The rays of a field that the bounds meet; none: u0 >= u1 or v0 >= v1.
+  // The rays of a field that the bounds meet. If there are none, u0 >= u1 or v0 >= v1.
   RayRect rays_met(const Lattice& lattice, Axis axis) const;
   // All crossings of these rays, in the order of the triangles.
   std::vector<Crossing> find_crossings(Axis axis, const RayRect& rect, const Table& table) const;
-  // Appends the intervals of a ray, whose crossings these are; sorts them along it.
+  // Sorts the crossings of one ray along it, and appends the ray's intervals.
   static void add_intervals(std::span<Crossing> crossings, std::vector<Interval>& intervals);
   int node_behind(uint32_t triangle, Axis axis, int u, int v, double depth) const;
   uint32_t code(const End& end, Axis axis, int u, int v, bool at_hi, bool flip) const;

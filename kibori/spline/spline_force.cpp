@@ -8,10 +8,10 @@
 namespace kibori {
 namespace {
 
-// The integral of |f| over a triangle, by its area and f at its corners; f is linear.
+// The integral of |f| over a triangle, from its area and f at its corners. f is linear.
 double integral_of_size(double area, double a, double b, double c) {
   const double whole = area * (a + b + c) / 3;
-  // The corner that is alone on its side of zero; its part of the triangle is a smaller triangle.
+  // The corner that is alone on its side of zero. Its part of the triangle is a smaller triangle.
   double alone = a, one = b, two = c;
   if ((b < 0) != (a < 0) && (b < 0) != (c < 0)) {
     alone = b;
@@ -38,7 +38,7 @@ std::vector<SplineVolumeChange> spline_volume_changes(const SplineMesh& shape,
         (at[triangle[1]] - at[triangle[0]]).cross(at[triangle[2]] - at[triangle[0]]);
     const double area = 0.5 * std::sqrt(normal.squaredNorm());
     if (!(area > 0)) continue;
-    Vec3 across[3];  // what a displacement of the sample is multiplied with
+    Vec3 across[3];  // factor for the sample's displacement
     for (size_t i = 0; i < 3; i++) {
       across[i] = normal / (2 * area);
       if (!shape.carry.empty()) across[i] = shape.carry[triangle[i]].transpose() * across[i];
@@ -62,9 +62,10 @@ std::vector<Vec3> spline_forces(const SplineMesh& shape, const std::vector<Vec3>
   const std::vector<SplineVolumeChange> changes = spline_volume_changes(shape, displacements_mm);
   std::vector<Vec3> forces;
   for (size_t j = 0; j < changes.size(); j++) {
-    const double way2 = displacements_mm[j].squaredNorm();
-    forces.push_back(way2 > 0 ? Vec3(-u * changes[j].moved_mm3 / way2 * displacements_mm[j])
-                              : Vec3(Vec3::Zero()));
+    const double distance2 = displacements_mm[j].squaredNorm();
+    forces.push_back(distance2 > 0
+                         ? Vec3(-u * changes[j].moved_mm3 / distance2 * displacements_mm[j])
+                         : Vec3(Vec3::Zero()));
   }
   return forces;
 }

@@ -15,17 +15,18 @@
 namespace kibori {
 namespace {
 
-// A profile's corner nearer to the axis than this share of the profile's extent is on it, and a
-// curve's tangent shorter than this share has no direction. Far above rounding, far below a cell.
+// A profile's corner is on the axis if it is nearer than this share of the profile's extent. A
+// tangent shorter than this share has no direction. It is far above rounding and far below a cell.
 constexpr double kNothing = 1e-9;
 
 bool finite(const Vec3& v) { return (v.array().abs() <= kMaxCoordinate).all(); }
 
 Error too_many_triangles() {
-  return {"the spline's shape is too large for this pitch; use a coarser one"};
+  return Error{"the spline's shape is too large for this pitch; use a coarser one"};
 }
 
-// Parts of a full turn whose chords are within the tolerance of an arc: r (2 pi / n)^2 / 8.
+// Number of parts of a full turn so that chords are within the tolerance of an arc: r (2 pi / n)^2
+// / 8.
 double parts_of_turn(double radius, double tolerance) {
   const double parts = 2 * std::numbers::pi * std::sqrt(radius / (8 * tolerance));
   return std::max(8.0, std::ceil(parts));
@@ -37,7 +38,7 @@ double extent_of(const FlatCurve& curve) {
   return box.size().norm();
 }
 
-// The mesh as it is made.
+// Builds the mesh.
 class Builder {
  public:
   Builder(SplineMesh& out, double vertices, double triangles) : out_(out) {
@@ -51,7 +52,7 @@ class Builder {
     out_.sample.push_back(static_cast<uint32_t>(sample));
     return static_cast<uint32_t>(out_.mesh.vertices.size() - 1);
   }
-  // A corner's normal of no length is replaced by the triangle's own.
+  // Replaces a corner's normal of zero length by the triangle's own.
   void triangle(const std::array<uint32_t, 3>& corners, std::array<Vec3, 3> normals) {
     const auto at = [&](size_t i) -> const Vec3& { return out_.mesh.vertices[corners[i]]; };
     for (Vec3& normal : normals) {
@@ -67,7 +68,7 @@ class Builder {
   SplineMesh& out_;
 };
 
-// The curve's tangent at a sample; zero where it has none.
+// The curve's tangent at a sample; zero if it has none.
 Vec3 tangent_at(const FlatCurve& curve, size_t sample, double extent) {
   const Vec3& t = curve.tangent[sample];
   return t.squaredNorm() > kNothing * kNothing * extent * extent ? t : Vec3(Vec3::Zero());
@@ -81,11 +82,11 @@ Result<SplineMesh> extrude(const SplineShape& shape, FlatCurve curve, double tol
     return Error{"the direction of an extrusion must be finite and not zero"};
   if (!(shape.length_mm > 0) || !(shape.length_mm <= kMaxCoordinate))
     return Error{"the length of an extrusion must be finite and above 0 mm"};
-  const Vec3 way = shape.direction * (shape.length_mm / length);
+  const Vec3 displacement = shape.direction * (shape.length_mm / length);
   const double extent = extent_of(curve);
   const size_t n = curve.samples();
 
-  // The profile's plane: the sum of its triangles about a corner, as vectors (Newell).
+  // The normal of the profile's plane: the vector sum of its triangles about a corner (Newell).
   Vec3 normal = Vec3::Zero(), middle = Vec3::Zero();
   for (size_t i = 0; i < n; i++) {
     const Vec3 a = curve.at_mm[i] - curve.at_mm[0], b = curve.at_mm[(i + 1) % n] - curve.at_mm[0];
@@ -104,7 +105,7 @@ Result<SplineMesh> extrude(const SplineShape& shape, FlatCurve curve, double tol
                   "the profile is not planar: the curve leaves its plane by %.3g mm", off);
     return Error{text};
   }
-  const double along = normal.dot(way);
+  const double along = normal.dot(displacement);
   if (!(std::abs(along) > 1e-3 * shape.length_mm))
     return Error{"the direction of an extrusion must not lie in the profile's plane"};
   const bool reversed = along < 0;
@@ -127,7 +128,7 @@ Result<SplineMesh> extrude(const SplineShape& shape, FlatCurve curve, double tol
     for (const size_t i : order) {
       const Vec3& at = curve.at_mm[i];
       const Vec3 flat = at - normal.dot(at - middle) * normal;
-      builder.vertex(top ? Vec3(flat + way) : flat, i);
+      builder.vertex(top ? Vec3(flat + displacement) : flat, i);
     }
   const auto count = static_cast<uint32_t>(n);
   for (uint32_t i = 0; i < count; i++) {
@@ -135,7 +136,7 @@ Result<SplineMesh> extrude(const SplineShape& shape, FlatCurve curve, double tol
     const bool of_curve = curve.closed || j != 0;
     const auto out_at = [&](uint32_t k) -> Vec3 {
       if (!of_curve) return Vec3::Zero();
-      const Vec3 side = tangent_at(curve, order[k], extent).cross(way);
+      const Vec3 side = tangent_at(curve, order[k], extent).cross(displacement);
       return reversed ? Vec3(-side) : side;
     };
     const Vec3 at_i = out_at(i), at_j = out_at(j);
@@ -152,16 +153,16 @@ Result<SplineMesh> extrude(const SplineShape& shape, FlatCurve curve, double tol
 
 // ---- revolve ----
 
-// A corner of the profile in the half-plane of distance from the axis and height along it.
+// A corner of the profile. `at` is its distance from the axis and its height along it.
 struct TurnedPoint {
   Vec2 at;
   Vec2 tangent;  // zero: none
   Vec3 outward;  // from the axis to the curve's sample, unit
   size_t sample;
-  bool foot;  // on the axis, beside an end
+  bool foot;  // on the axis, added next to an end
 };
 
-// The profile, closed; of an open curve the side from the last to the first is on the axis.
+// The closed profile. For an open curve, the side from the last corner to the first is on the axis.
 Result<std::vector<TurnedPoint>> turned_profile(const FlatCurve& curve, const Vec3& centre,
                                                 const Vec3& axis) {
   const double extent = extent_of(curve);
@@ -182,7 +183,7 @@ Result<std::vector<TurnedPoint>> turned_profile(const FlatCurve& curve, const Ve
     }
     profile.push_back({{distance, height}, Vec2::Zero(), outward, i, false});
   }
-  // An end on the axis lies in the half-plane of its neighbour.
+  // An end on the axis is in the half-plane of its neighbour.
   if (profile.front().at.x() == 0) profile.front().outward = profile[1].outward;
   if (profile.back().at.x() == 0) profile.back().outward = profile[n - 2].outward;
   for (size_t i = 0; i < n; i++) {
@@ -205,9 +206,9 @@ Result<std::vector<TurnedPoint>> turned_profile(const FlatCurve& curve, const Ve
   return profile;
 }
 
-// The curve so fine that its sides are within the tolerance where they are seen by distance and
-// height, too: a side that passes beside the axis is bent there. Planar profiles are so at once.
-Result<FlatCurve> flatten_beside(const CubicSpline& spline, const Vec3& centre, const Vec3& axis,
+// Flattens the curve so that its sides are within the tolerance in (distance, height) too. In these
+// coordinates, a side that passes near the axis is bent. Planar profiles need no refinement.
+Result<FlatCurve> flatten_around(const CubicSpline& spline, const Vec3& centre, const Vec3& axis,
                                  double tolerance_mm) {
   const auto seen = [&](const Vec3& at) {
     const double height = axis.dot(at - centre);
@@ -225,7 +226,7 @@ Result<FlatCurve> flatten_beside(const CubicSpline& spline, const Vec3& centre, 
       const Vec2 side = (seen(curve.at_mm[i]) + seen(curve.at_mm[(i + 1) % n])) / 2;
       worst = std::max(worst, (middle - side).squaredNorm());
     }
-    // A curve right through the axis is refused as such.
+    // A curve exactly through the axis is rejected later.
     if (worst <= tolerance_mm * tolerance_mm || tolerance < 1e-3 * tolerance_mm) return flat;
   }
 }
@@ -234,13 +235,13 @@ Result<FlatCurve> flatten_beside(const CubicSpline& spline, const Vec3& centre, 
 struct Revolution {
   Vec3 centre, axis;
   std::vector<TurnedPoint> profile;  // counter-clockwise
-  // Unit vectors from the axis: at each part, and halfway to the next one.
+  // Unit vectors from the axis: at each part, and in the middle before the next part.
   std::vector<Vec3> outward, outward_between;
 
   uint32_t parts() const { return static_cast<uint32_t>(outward.size()); }
 };
 
-// Turns the profile counter-clockwise. `extent`: of its curve. Errors: the profile.
+// Makes the profile counter-clockwise. `extent` is that of its curve. Errors: an invalid profile.
 Status orient_profile(std::vector<TurnedPoint>& profile, double extent) {
   std::vector<Vec2> polygon;
   polygon.reserve(profile.size());
@@ -256,10 +257,10 @@ Status orient_profile(std::vector<TurnedPoint>& profile, double extent) {
   return Ok{};
 }
 
-// Divides the turn into `parts`, from the direction `first` on.
+// Divides the turn into `parts`, starting at the direction `first`.
 void divide_turn(Revolution& turned, const Vec3& first, uint32_t parts) {
   const Vec3 second = turned.axis.cross(first);
-  // At part k, or so much of a part behind it.
+  // At part k plus `behind` of a part.
   const auto outward_at = [&](uint32_t k, double behind) {
     const SinCos turn = sin_cos(2 * std::numbers::pi * (k + behind) / parts);
     return Vec3(turn.cos * first + turn.sin * second);
@@ -270,7 +271,7 @@ void divide_turn(Revolution& turned, const Vec3& first, uint32_t parts) {
   }
 }
 
-// Returns the first vertex of each corner of the profile; a corner on the axis has just that one.
+// Returns the first vertex of each corner of the profile. A corner on the axis has only that one.
 std::vector<uint32_t> add_vertices(const Revolution& turned, SplineMesh& out, Builder& builder) {
   std::vector<uint32_t> first;
   for (const TurnedPoint& p : turned.profile) {
@@ -287,7 +288,7 @@ std::vector<uint32_t> add_vertices(const Revolution& turned, SplineMesh& out, Bu
   return first;
 }
 
-// The triangles around side i of the profile; `first` as of add_vertices.
+// Adds the triangles around side i of the profile. `first` comes from add_vertices.
 void add_side(const Revolution& turned, size_t i, const std::vector<uint32_t>& first,
               Builder& builder) {
   const size_t j = (i + 1) % turned.profile.size();
@@ -295,7 +296,7 @@ void add_side(const Revolution& turned, size_t i, const std::vector<uint32_t>& f
   const bool a_apex = a.at.x() == 0, b_apex = b.at.x() == 0;
   if (a_apex && b_apex) return;
   const bool of_curve = !a.foot && !b.foot;
-  // Out of a side that goes (r, h) is (h, -r).
+  // The outward normal of a side with direction (r, h) is (h, -r).
   const auto normal = [&](const TurnedPoint& p, const Vec3& e) -> Vec3 {
     const Vec2 t = of_curve && p.tangent.squaredNorm() > 0 ? p.tangent : Vec2(b.at - a.at);
     return t.y() * e - t.x() * turned.axis;
@@ -322,7 +323,7 @@ Result<SplineMesh> revolve(const SplineShape& shape, const CubicSpline& spline,
     return Error{"the axis of a revolution must be finite and not zero"};
   if (!finite(shape.axis_point_mm)) return Error{"the axis of a revolution must be finite"};
   Revolution turned{shape.axis_point_mm, shape.axis / length, {}, {}, {}};
-  Result<FlatCurve> flat = flatten_beside(spline, turned.centre, turned.axis, tolerance_mm);
+  Result<FlatCurve> flat = flatten_around(spline, turned.centre, turned.axis, tolerance_mm);
   if (!flat) return Error{flat.error()};
   FlatCurve curve = std::move(flat).value();
   Result<std::vector<TurnedPoint>> made = turned_profile(curve, turned.centre, turned.axis);
@@ -350,9 +351,8 @@ Result<SplineMesh> revolve(const SplineShape& shape, const CubicSpline& spline,
 
 // ---- sweep ----
 
-// Unit vectors across the curve at its samples, that turn about it as little as can be (double
-// reflection: Wang, Juettler, Zheng and Liu 2008); around a closed curve, what is left of a turn is
-// shared out evenly.
+// Unit vectors across the curve at its samples, with minimum rotation about it (double reflection:
+// Wang, Juettler, Zheng and Liu 2008). On a closed curve, the remaining turn is distributed evenly.
 std::vector<Vec3> section_axes(const FlatCurve& curve, const std::vector<Vec3>& tangent) {
   const size_t n = curve.samples();
   const auto next = [&](const Vec3& across, size_t i, size_t j) {
@@ -379,7 +379,8 @@ std::vector<Vec3> section_axes(const FlatCurve& curve, const std::vector<Vec3>& 
   return across;
 }
 
-// The curve's unit tangents at its samples. Error: it has none somewhere, or stands still.
+// The curve's unit tangents at its samples. Error: the tangent is zero somewhere, or the curve does
+// not advance.
 Result<std::vector<Vec3>> unit_tangents(const FlatCurve& curve) {
   const size_t n = curve.samples();
   const double extent = extent_of(curve);
@@ -394,8 +395,8 @@ Result<std::vector<Vec3>> unit_tangents(const FlatCurve& curve) {
   return tangent;
 }
 
-// Whether sections of the tube cross: there, the sweep's inside would be turned out. Sections have
-// `sides` vertices each, from `first` on.
+// True if sections of the tube cross. There, the sweep would be inside out. Sections have `sides`
+// vertices each, starting at `first`.
 bool sections_cross(const FlatCurve& curve, const std::vector<Vec3>& tangent,
                     const std::vector<Vec3>& vertices, size_t first, size_t sides) {
   const size_t n = curve.samples();
@@ -409,8 +410,8 @@ bool sections_cross(const FlatCurve& curve, const std::vector<Vec3>& tangent,
   return false;
 }
 
-// Joins the rings of a sweep, of `sides` vertices each; of an open one also the two vertices at its
-// ends. `normals`: by vertex.
+// Joins the rings of a sweep, with `sides` vertices each. For an open sweep, also joins the two
+// vertices at its ends. `normals` are per vertex.
 void join_rings(const std::vector<Vec3>& normals, uint32_t sides, bool closed, Builder& builder) {
   const auto count = static_cast<uint32_t>(normals.size());
   const auto add_triangle = [&](uint32_t a, uint32_t b, uint32_t c) {
@@ -453,13 +454,13 @@ Result<SplineMesh> sweep(const SplineShape& shape, FlatCurve curve, double toler
 
   SplineMesh out;
   Builder builder(out, vertices, 2 * vertices);
-  std::vector<Vec3> normals;  // by vertex
+  std::vector<Vec3> normals;  // per vertex
   normals.reserve(static_cast<size_t>(vertices));
   const auto add = [&](size_t sample, const Vec3& normal) {
     builder.vertex(curve.at_mm[sample] + radius * normal, sample);
     normals.push_back(normal);
   };
-  // A ring leans out along the curve by an angle: the half balls at its ends.
+  // A ring of a half ball at an end. It leans out along the curve by an angle.
   const auto add_ring = [&](size_t i, const SinCos& lean) {
     const Vec3 other = tangent[i].cross(across[i]);
     for (const SinCos& turn : turns)
@@ -497,8 +498,8 @@ Result<SplineMesh> make_spline_mesh(const SplineShape& shape, double tolerance_m
     return Error{"the radius of a sweep must be finite and above 0 mm"};
   const Result<CubicSpline> spline = CubicSpline::make(shape.curve);
   if (!spline) return Error{spline.error()};
-  // What a turn takes of the tolerance, the curve may not; and on the outside of a bend a sweep is
-  // up to twice as long as its curve.
+  // A turn uses half of the tolerance, so the curve gets the other half. On the outside of a bend,
+  // a sweep is up to twice as long as its curve. Therefore, its curve gets a quarter.
   if (shape.kind == SplineKind::revolve) return revolve(shape, spline.value(), tolerance_mm / 2);
   Result<FlatCurve> flat = spline.value().flatten(swept ? tolerance_mm / 4 : tolerance_mm);
   if (!flat) return Error{flat.error()};

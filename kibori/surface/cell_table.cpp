@@ -16,7 +16,7 @@ constexpr std::array<CellEdge, kCellEdges> make_edges() {
   return edges;
 }
 
-// The corners of a face, in a ring.
+// The corners of a face, in cyclic order.
 std::array<int, 4> face_corners(int face) {
   const int axis = face / 2, side = face % 2, u = 1 << (axis + 1) % 3, v = 1 << (axis + 2) % 3,
             base = side << axis;
@@ -37,7 +37,7 @@ CellSheets sheets_of(uint8_t inside, uint8_t flipped) {
   // The links of an edge: one on each of its two faces.
   std::array<std::array<int, 2>, kCellEdges> links;
   std::array<int, kCellEdges> link_count{};
-  // Of an ambiguous face: an edge of either pair.
+  // For an ambiguous face: one edge of each pair.
   std::array<std::array<int, 2>, kCellFaces> pair_of{};
   std::array<bool, kCellFaces> ambiguous{};
   const auto link = [&](int a, int b) {
@@ -54,7 +54,7 @@ CellSheets sheets_of(uint8_t inside, uint8_t flipped) {
     }
     if (count == 2) link(crossed[0], crossed[1]);
     if (count != 4) continue;
-    // Around each corner of one kind: inside corners, or outside ones if flipped.
+    // Link around each corner of one kind: inside corners, or outside corners if flipped.
     const bool around_inside = !((flipped >> face) & 1);
     int pairs = 0;
     ambiguous[static_cast<size_t>(face)] = true;
@@ -70,7 +70,7 @@ CellSheets sheets_of(uint8_t inside, uint8_t flipped) {
     if (link_count[static_cast<size_t>(start)] == 0 ||
         sheets.of_edge[static_cast<size_t>(start)] != kNoSheet)
       continue;
-    // Walk the ring.
+    // Walk along the ring.
     int edge = start, from = -1;
     do {
       sheets.of_edge[static_cast<size_t>(edge)] = sheets.count;

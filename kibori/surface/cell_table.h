@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: MIT
-// How the surface passes through one cell, from which of its eight corners are inside.
+// How the surface passes through one cell, computed from the set of its corners that are inside.
 //
 // Corner c of a cell has bit 0 set at the far x, bit 1 at the far y, bit 2 at the far z. Edge e = 4
-// a + i runs along axis a; i counts the corners with bit a clear in ascending order. Face f = 2 a +
-// side is square to axis a.
+// a + i runs along axis a. The index i counts the corners with bit a clear in ascending order. Face
+// f = 2 a + side is perpendicular to axis a.
 //
-// The edges whose ends differ are crossed by the surface. On each face they are linked in pairs,
-// and the links close to rings: each ring is one sheet of surface, with one vertex (dual marching
-// cubes). On a face with inside and outside corners diagonal to each other there are two ways to
-// link; the rule keeps inside corners apart. Where a ring then passes through such a face twice on
-// both of its sides, two sheets would share a mesh edge, so there - and only there - the face is
-// linked the other way ("flipped"). Tests go through all cases: flipping never makes a new such
-// place.
+// The surface crosses the edges whose two ends differ. On each face, these edges are linked in
+// pairs, and the links close to rings. Each ring is one sheet of surface with one vertex (dual
+// marching cubes).
+//
+// A face is ambiguous if its inside corners are diagonal to each other. It has two ways to link,
+// and the rule keeps inside corners apart. If, in both cells of such a face, a ring passes through
+// it twice, two sheets share a mesh edge. Only there, the face is linked the other way ("flipped").
+// Tests check all cases: a flip never causes another such face.
 #pragma once
 
 #include <array>
@@ -22,7 +23,7 @@ namespace kibori {
 inline constexpr int kCellEdges = 12, kCellFaces = 6, kMaxSheets = 4;
 inline constexpr uint8_t kNoSheet = 255;
 
-// Corner at the near end of an edge, and its axis.
+// The corner at the near end of an edge, and the edge's axis.
 struct CellEdge {
   uint8_t corner, axis;
 };
@@ -34,19 +35,20 @@ constexpr int edge_at(int axis, int corner) {
   return 4 * axis + (high << axis | low);
 }
 
+// The sheets of surface through one cell.
 struct CellSheets {
-  // The sheet that crosses the edge; kNoSheet where none does.
+  // The sheet that crosses each edge; kNoSheet if none does.
   std::array<uint8_t, kCellEdges> of_edge;
-  std::array<uint8_t, kCellEdges> edges;      // those that are crossed, sheet by sheet
+  std::array<uint8_t, kCellEdges> edges;      // crossed edges, sheet by sheet
   std::array<uint8_t, kMaxSheets + 1> begin;  // of each sheet in `edges`
   uint8_t count;
   uint8_t twice;  // faces that one sheet passes through twice, one bit each
 };
 
-// Sheets of a cell by its inside corners (one bit each), no face flipped.
+// The sheets of a cell by its inside corners (one bit each), with no face flipped.
 const CellSheets& sheets_of(uint8_t inside);
 
-// The same with the faces in `flipped` linked the other way; only faces in `twice` may be.
+// The same with the faces in `flipped` linked the other way. `flipped` must be a subset of `twice`.
 CellSheets sheets_of(uint8_t inside, uint8_t flipped);
 
 }  // namespace kibori

@@ -44,9 +44,9 @@ void FindPlaneEnds(const Plane& plane, float min, float max, PlaneEnds& ends) {
 
 void FindPlaneNodes(const Plane& plane, float first, float count, PlaneNodes& nodes) {
   const DF d;
-  // Node k is in [in, out) if in <= k + 1/2 < out. Depths are rounded before they are counted from
-  // `first`: the difference would round, and two chunks would not agree about a node that both
-  // have.
+  // Node k is in [in, out) if in <= k + 1/2 < out. Depths are rounded to nodes before `first` is
+  // subtracted. Otherwise the difference would round, and two chunks could disagree about a shared
+  // node.
   const VF low = F(first), high = F(first + count);
   const VI from = hn::Set(DI(), static_cast<int32_t>(first));
   const auto node_after = [&](const float* depth) {
@@ -59,7 +59,7 @@ void FindPlaneNodes(const Plane& plane, float first, float count, PlaneNodes& no
   }
 }
 
-// As with_remainder.
+// Vector version of with_remainder.
 HWY_INLINE VI WithRemainder(VI n, VI wanted) {
   const DI di;
   const VI ahead = hn::And(hn::Add(hn::Sub(wanted, n), hn::Set(di, 4)), hn::Set(di, 7));
@@ -82,8 +82,8 @@ void PlaceSmoothSheets(const SheetSums& sums, size_t count, float quanta) {
     p.y = hn::Mul(p.y, share);
     p.z = hn::Mul(p.z, share);
     const VF length = hn::Sqrt(Dot(n, n));
-    // The normals' cosines to their mean add up to `length`, so if that is nearly their number,
-    // none is far below 1.
+    // The normals' cosines to their mean add up to `length`. If the sum is nearly the number of
+    // normals, no cosine is far below 1.
     MF smooth = hn::And(hn::Gt(known, hn::Zero(d)), hn::Gt(length, hn::Sub(known, F(1 - kFlat))));
     const VF along =
         hn::Div(hn::Sub(hn::Add(hn::Add(products.x, products.y), products.z), Dot(n, p)),
@@ -122,7 +122,8 @@ HWY_INLINE V3 Between(const PlaceLanes& from, const PlaceLanes& to) {
   return {hn::ConvertTo(d, hn::Sub(to.x, from.x)), hn::ConvertTo(d, hn::Sub(to.y, from.y)),
           hn::ConvertTo(d, hn::Sub(to.z, from.z))};
 }
-// The two triangles beside one diagonal, both sides and it counted from its first vertex.
+// The two triangles next to one diagonal. The vectors to both sides and along the diagonal start at
+// its first vertex.
 struct Halves {
   VF bend;  // > 0: their normals are within 90 degrees
   MF clear;
@@ -130,7 +131,7 @@ struct Halves {
   HWY_INLINE Halves(const V3& left, const V3& across, const V3& right) {
     const V3 m = Cross(left, across), n = Cross(across, right);
     bend = Dot(m, n);
-    // Far more than rounding can make of nothing: an angle of 1e-5.
+    // Far above the rounding error of a degenerate triangle: an angle of 1e-5.
     const VF min = hn::Mul(F(1e-10f), Dot(across, across));
     clear = hn::And(hn::Gt(Dot(m, m), hn::Mul(min, Dot(left, left))),
                     hn::Gt(Dot(n, n), hn::Mul(min, Dot(right, right))));
@@ -155,7 +156,7 @@ void ChooseQuadDiagonals(const Quad* quads, size_t count, const QuantizedPositio
     const MF smooth1 = hn::Gt(first.bend, hn::Zero(DF())),
              smooth2 = hn::Gt(second.bend, hn::Zero(DF()));
     const VI rank1 = hn::Add(a.rank, c.rank), rank2 = hn::Add(b.rank, d.rank);
-    // The smoother; then along a sharp edge; then the shorter.
+    // Prefer the smoother split, then the one along a sharp edge, then the shorter one.
     const auto by_rank = hn::RebindMask(DF(), hn::Gt(rank1, rank2));
     const auto same_rank = hn::RebindMask(DF(), hn::Eq(rank1, rank2));
     const MF shorter = hn::Le(Dot(ac, ac), Dot(bd, bd));

@@ -16,16 +16,17 @@
 namespace kibori {
 namespace {
 
-// Relative to a chunk's first cell, counting from 0: vertices are wanted for cells 0 ... 16 (the
-// chunk's and one layer of the next), masks for cells -1 ... 17, so nodes -1 ... 18.
-constexpr int kNodes = kCells + 3;  // of which the first stands at -1
+// Indices are relative to a chunk's first cell, which is 0. Vertices are needed for cells 0 ... 16
+// (the chunk's and one layer of the next). Masks are needed for cells -1 ... 17, so nodes -1 ...
+// 18.
+constexpr int kNodes = kCells + 3;  // the first one is node -1
 constexpr int kHitNodes = kCells + 1;
 // Edges along one axis from each node of a chunk.
 constexpr size_t kEdgesOfAxis = kHitNodes * kHitNodes * kHitNodes;
-static_assert(3 * kEdgesOfAxis < std::numeric_limits<uint16_t>::max());  // they are numbered
+static_assert(3 * kEdgesOfAxis < std::numeric_limits<uint16_t>::max());  // edge numbers are 16 bits
 
-// What a triangle of neighbouring cells takes of its vertices' places - differences below 2^24,
-// products below 2^48 - is exact in double.
+// Coordinates in quanta. A triangle of neighbouring cells uses differences below 2^24 and products
+// below 2^48, which double represents exactly.
 struct Multiple {
   double x, y, z;
 };
@@ -39,10 +40,11 @@ Multiple cross(const Multiple& u, const Multiple& v) {
 }
 bool is_zero(const Multiple& a) { return a.x == 0 && a.y == 0 && a.z == 0; }
 
-// Coordinates of vertices are multiples of a power of two that float32 can hold everywhere in the
-// model. The remainder of the multiple by 8 is told by the cell (mod 4) and the sheet, along each
-// axis. Vertices with equal remainders are of the same cell and sheet or of cells at least 4 apart,
-// farther than kVertexReach: so no two are in the same place.
+// Coordinates of vertices are multiples of a quantum. The quantum is a power of two that float32
+// can represent everywhere in the model. Along each axis, the remainder of the multiple by 8
+// depends on the cell (mod 4) and the sheet. Two vertices with equal remainders are of the same
+// cell and sheet, or their cells are at least 4 apart. That is farther than kVertexReach, so no two
+// vertices have the same position.
 class VertexGrid {
  public:
   explicit VertexGrid(const Lattice& lattice)
@@ -59,7 +61,7 @@ class VertexGrid {
     return static_cast<int32_t>(std::lround((origin_[axis] + pitch_ * (cell + 1)) / quantum_));
   }
   float quanta_per_cell() const { return static_cast<float>(pitch_ / quantum_); }
-  // What the remainder by 8 must be along one axis.
+  // The required remainder by 8 along one axis.
   static int32_t remainder(int axis, int cell, int sheet) {
     return (cell & 3) | ((sheet >> axis) & 1) << 2;
   }
@@ -75,7 +77,7 @@ class VertexGrid {
   double quantum_;  // a power of two
 };
 
-// Paint and material of a place on the surface; where some differ, the greatest is taken.
+// Paint and material at a place on the surface. If ends differ, the maximum counts.
 using SurfaceAttribute = uint64_t;
 SurfaceAttribute look_of(Color paint, uint8_t material) { return uint64_t{paint} << 8 | material; }
 Color paint_of(SurfaceAttribute look) { return static_cast<Color>(look >> 8); }
@@ -88,8 +90,8 @@ struct Hit {
   SurfaceAttribute look = 0;
 };
 
-// The first whole number k with depth <= k + 1/2: the node at or after an end. For depths from -2
-// on, by truncation: there may be no instruction to round up.
+// The first integer k with depth <= k + 1/2: the node at or after an end. It truncates, because
+// some processors have no instruction to round up. Valid for depths from -2 up.
 int node_after(float depth) {
   const int k = static_cast<int>(depth + 2.5f) - 2;
   return static_cast<float>(k) - 0.5f >= depth ? k - 1 : k;
@@ -97,7 +99,7 @@ int node_after(float depth) {
 
 }  // namespace
 
-// Makes chunks of columns of chunks above each other.
+// Makes the chunks of columns of chunks along z.
 class ChunkWorker::Impl {
  public:
   explicit Impl(const Snapshot& model) : model_(&model), grid_(model.lattice) {
@@ -110,15 +112,15 @@ class ChunkWorker::Impl {
       place.middle[3] = 1;
       place.offset = e.axis * kEdgesOfAxis + node_index(corner);
     }
-    // The first stands for edges whose end is not known, where the fields disagree by a rounding:
-    // halfway.
+    // Hit 0 is for edges whose end is unknown, because the fields disagree by a rounding error. It
+    // is in the middle of the edge.
     hits_.push_back({Vec4f::Zero(), Vec4f::Zero(), 0});
   }
 
-  // Another snapshot of the same model.
+  // Selects another snapshot of the same model.
   void look_at(const Snapshot& model) { model_ = &model; }
 
-  // Readies chunks (x, y, z_begin) ... (x, y, z_end - 1).
+  // Loads chunks (x, y, z_begin) ... (x, y, z_end - 1).
   void take_column(int x, int y, int z_begin, int z_end) {
     first_ = Index3(x, y, 0) * kChunkCells - 1;
     z_begin_ = z_begin;
@@ -152,11 +154,11 @@ class ChunkWorker::Impl {
     Index3 at;
     uint32_t vertex;  // of its first sheet
     const CellSheets* sheets;
-    uint8_t inside;  // its corners
-    bool own;        // of this chunk, not of the next
+    uint8_t inside;  // its inside corners
+    bool own;        // true: of this chunk, false: of the next
   };
-  // An edge of a cell: its middle, from the cell's centre (w = 1, so that sums of them count), and
-  // where its hit is, from the cell's first.
+  // An edge of a cell. `middle` is relative to the cell's centre, and its w = 1 counts the terms of
+  // a sum. `offset` leads from the cell's first hit to the edge's hit.
   struct EdgePlace {
     Vec4f middle;
     size_t offset;
@@ -167,19 +169,19 @@ class ChunkWorker::Impl {
     uint32_t sheet;
     SurfaceAttribute look;
   };
-  // The edge in the middle of a quad: the last of one cell along one axis.
+  // The edge in the middle of a quad: the last edge of one cell along one axis.
   struct QuadEdge {
     uint32_t cell;  // in cells_
     Axis axis;
   };
   struct Fan {
     SurfaceVertex middle;
-    std::array<SurfaceTriangle, 4> triangles;  // of which vertex 0 is the middle
+    std::array<SurfaceTriangle, 4> triangles;  // vertex 0 of each is the middle
   };
 
   uint32_t& column(int x, int y) { return columns_[static_cast<size_t>((y + 1) * kNodes + x + 1)]; }
   bool node(const Index3& at) { return (column(at[0], at[1]) >> (at[2] + 1)) & 1; }
-  // Number of the hit on the edge from node `at` to the next along `axis`.
+  // Number of the hit on the edge from node `at` to the next node along `axis`.
   uint16_t& hit(Axis axis, const Index3& at) {
     return hit_at_[static_cast<size_t>(axis) * kEdgesOfAxis + node_index(at)];
   }
@@ -191,16 +193,16 @@ class ChunkWorker::Impl {
     return mask_of(column(x, y) >> z, column(x + 1, y) >> z, column(x, y + 1) >> z,
                    column(x + 1, y + 1) >> z);
   }
-  // From the lowest two bits of four columns.
+  // The mask of a cell's inside corners, from the lowest two bits of four columns.
   static uint8_t mask_of(uint32_t a, uint32_t b, uint32_t c, uint32_t d) {
     const uint32_t pairs = (a & 3) | (b & 3) << 8 | (c & 3) << 16 | (d & 3) << 24;
-    // The low bits of the four bytes gathered into four, and the high ones into the next four.
+    // Gathers the low bits of the four bytes into four bits, and the high bits into the next four.
     const auto gather = [](uint32_t bits) { return (bits & 0x01010101u) * 0x01020408u >> 24; };
     return static_cast<uint8_t>(gather(pairs) | gather(pairs >> 1) << 4);
   }
 
-  // Inside or not, as the z field has it. A column of nodes is a row of 16-bit words; bit b of word
-  // w is node 16 (z_begin + w) - 2 + b, so that two words hold the nodes of a chunk.
+  // Loads which nodes are inside, from the z field. A column of nodes is a row of 16-bit words. Bit
+  // b of word w is node 16 (z_begin + w) - 2 + b. Therefore, two words hold the nodes of a chunk.
   void load_nodes(int chunks) {
     words_ = static_cast<size_t>(chunks) + 1;
     inside_.assign(kNodes * kNodes * words_, 0);
@@ -236,7 +238,7 @@ class ChunkWorker::Impl {
         }
   }
 
-  // The nodes of one chunk; false where all of them are alike.
+  // Loads the nodes of one chunk. Returns false if all of them are alike.
   bool load_columns(int z) {
     constexpr uint32_t kAll = (1u << kNodes) - 1;
     uint32_t any = 0, all = kAll;
@@ -249,7 +251,7 @@ class ChunkWorker::Impl {
     return any != 0 && all != kAll;
   }
 
-  // The cells that the surface passes through.
+  // Finds the cells that the surface passes through.
   bool find_cells() {
     index_.fill(-1);
     uint32_t own = 0, others = 0;
@@ -277,7 +279,7 @@ class ChunkWorker::Impl {
     out_.own = own;
     return !cells_.empty();
   }
-  // Faces that one sheet passes twice on both sides are linked the other way.
+  // Flips faces that one sheet passes through twice on both sides.
   const CellSheets* flip(const Index3& at, uint8_t inside, const CellSheets* sheets) {
     unsigned flipped = 0;
     for (unsigned faces = sheets->twice; faces; faces &= faces - 1) {
@@ -290,7 +292,7 @@ class ChunkWorker::Impl {
                    : sheets;
   }
 
-  // The ends of one field that lie where two nodes differ.
+  // Loads the ends of one field that are between two nodes that differ.
   template <Axis axis>
   void load_hits() {
     const FieldSnapshot& field = model_->field(axis);
@@ -340,7 +342,7 @@ class ChunkWorker::Impl {
     h.look = look_of(plane.paint ? (at_out ? plane.paint->out : plane.paint->in)[slot] : 0,
                      plane.material[slot]);
   }
-  // As decode_normal, in float32; w = 1.
+  // decode_normal in float32; w = 1.
   template <Axis axis>
   static Vec4f normal_of(const Plane& plane, int slot, bool at_out) {
     const uint32_t code = (at_out ? plane.normal_out : plane.normal_in)[slot];
@@ -352,7 +354,7 @@ class ChunkWorker::Impl {
     return {nu, nv, normal, 1};
   }
 
-  // Sums over the ends on each sheet's edges; then all vertices at once.
+  // Sums the ends on each sheet's edges. Then places all vertices at once.
   void make_vertices() {
     Eigen::Array<int32_t, 3, kCells> centres, remainders;
     for (int axis = 0; axis < 3; axis++)
@@ -416,7 +418,7 @@ class ChunkWorker::Impl {
       out_.cell[v] = static_cast<uint32_t>(index_of(cell.at) * kMaxSheets + sheet.sheet);
     }
   }
-  // A vertex of more than one face: `place` is the cell's centre.
+  // Places a vertex of more than one face. `place` is the cell's centre on entry.
   void place_sharp(const CellSheet& sheet, QuantizedPosition& place, Vec4f& normal) {
     const Cell& cell = cells_[sheet.cell];
     SheetEnds ends;
@@ -429,39 +431,41 @@ class ChunkWorker::Impl {
       ends.with_normal += h.normal[3] != 0;
     }
     SheetVertex placed = place_vertex(ends);
-    while (goes_far(ends, placed) && ends.faces_beside < kMaxFacesBeside &&
-           add_face_beside(cell.at, placed, ends))
+    while (is_far(ends, placed) && ends.adjacent_faces < kMaxAdjacentFaces &&
+           add_adjacent_face(cell.at, placed, ends))
       placed = place_vertex(ends);
     normal = placed.normal;
     place = placed_at(place, placed.point, cell.at, static_cast<int>(sheet.sheet));
     place.rank = placed.rank;
   }
-  // Adds the face that a vertex passes by most, of those in its cell and the cells around it.
-  bool add_face_beside(const Index3& cell, const SheetVertex& placed, SheetEnds& ends) {
-    // The farther it went, the farther off a face may be that it passed.
-    const float beside = 3 * ends.way_to(placed.point);
-    float most = 0;
-    Vec4f most_point = Vec4f::Zero(), most_normal = Vec4f::Zero();
+  // Adds the face that a vertex passes by the largest distance. Candidates are faces in its cell
+  // and the cells around it.
+  bool add_adjacent_face(const Index3& cell, const SheetVertex& placed, SheetEnds& ends) {
+    // The farther the vertex moved, the farther away a face may be that it passed.
+    const float max_distance = 3 * ends.distance_to(placed.point);
+    float farthest = 0;
+    Vec4f farthest_point = Vec4f::Zero(), farthest_normal = Vec4f::Zero();
     const auto look_at = [&](const Vec4f& point, const Vec4f& normal) {
       const float beyond = passes(ends, placed, point, normal);
-      if (beyond <= most) return;
-      most = beyond;
-      most_point = point;
-      most_normal = normal;
+      if (beyond <= farthest) return;
+      farthest = beyond;
+      farthest_point = point;
+      farthest_normal = normal;
     };
-    for_ends_around<Axis::x>(cell, placed.point, beside, look_at);
-    for_ends_around<Axis::y>(cell, placed.point, beside, look_at);
-    for_ends_around<Axis::z>(cell, placed.point, beside, look_at);
-    if (most > 0) ends.add_beside(most_point, most_normal);
-    return most > 0;
+    for_ends_around<Axis::x>(cell, placed.point, max_distance, look_at);
+    for_ends_around<Axis::y>(cell, placed.point, max_distance, look_at);
+    for_ends_around<Axis::z>(cell, placed.point, max_distance, look_at);
+    if (farthest > 0) ends.add_adjacent(farthest_point, farthest_normal);
+    return farthest > 0;
   }
-  // Calls f(point, normal) for all ends in a cell and the 26 around it, from the cell's centre;
-  // also of spans that hold no node.
+  // Calls f(point, normal) for the ends in a cell and the 26 cells around it, relative to the
+  // cell's centre. Rays farther than `max_distance` from `about` are skipped. Spans that contain no
+  // node are included.
   template <Axis axis, class F>
-  void for_ends_around(const Index3& cell, const Vec4f& about, float beside, F&& f) const {
+  void for_ends_around(const Index3& cell, const Vec4f& about, float max_distance, F&& f) const {
     constexpr int ui = u_index(axis), vi = v_index(axis), di = depth_index(axis);
     const FieldSnapshot& field = model_->field(axis);
-    const Index3 at = first_ + cell;  // the cell stands between this node and the next
+    const Index3 at = first_ + cell;  // the cell is between this node and the next
     const int u_end = std::min(at[ui] + 2, field.nodes_u() - 1),
               v_end = std::min(at[vi] + 2, field.nodes_v() - 1);
     const auto centre = static_cast<float>(at[di] + 1);
@@ -470,7 +474,8 @@ class ChunkWorker::Impl {
         Vec4f ray = Vec4f::Zero();
         ray[ui] = static_cast<float>(u - at[ui]) - 0.5f;
         ray[vi] = static_cast<float>(v - at[vi]) - 0.5f;
-        if (std::abs(ray[ui] - about[ui]) > beside || std::abs(ray[vi] - about[vi]) > beside)
+        if (std::abs(ray[ui] - about[ui]) > max_distance ||
+            std::abs(ray[vi] - about[vi]) > max_distance)
           continue;
         const int slot = v % kTileSide * kTileSide + u % kTileSide;
         const Tile& tile = field.tile(u / kTileSide, v / kTileSide);
@@ -478,9 +483,9 @@ class ChunkWorker::Impl {
         for (const Plane* p = &tile.first; p && !p->empty_at(slot); p = p->next) {
           for (const bool at_out : {false, true}) {
             const float end = (at_out ? p->out : p->in)[slot], depth = end - centre;
-            // Where only the material changes there is no face.
-            const bool goes_on = at_out ? p->next && p->next->in[slot] == end : last_out == end;
-            if (goes_on || !(std::abs(depth) <= 1.5f)) continue;
+            // There is no face where only the material changes.
+            const bool continues = at_out ? p->next && p->next->in[slot] == end : last_out == end;
+            if (continues || !(std::abs(depth) <= 1.5f)) continue;
             Vec4f point = ray, normal = normal_of<axis>(*p, slot, at_out);
             point[di] = depth;
             normal[3] = 0;
@@ -490,7 +495,7 @@ class ChunkWorker::Impl {
         }
       }
   }
-  // A place in quanta for a point counted from a cell's centre.
+  // The position in quanta of a point that is relative to a cell's centre.
   QuantizedPosition placed_at(const QuantizedPosition& centre, const Vec4f& point,
                               const Index3& cell, int sheet) const {
     const auto along = [&](int axis, int32_t from) {
@@ -501,7 +506,7 @@ class ChunkWorker::Impl {
     return {along(0, centre.x), along(1, centre.y), along(2, centre.z), 1};
   }
 
-  // The quads of the edges whose nearest cell this is.
+  // Makes the quads of the edges whose nearest cell is this one.
   void make_quads(uint32_t cell) {
     if (!cells_[cell].own) return;
     make_quad<Axis::x>(cell);
@@ -516,8 +521,8 @@ class ChunkWorker::Impl {
     const bool inside = (cell.inside >> (du | dv)) & 1,
                beyond = (cell.inside >> (du | dv | 1 << a)) & 1;
     if (inside == beyond) return;
-    // The four cells around the edge, counter-clockwise seen from its far end, by the edge's near
-    // corner in each.
+    // The four cells around the edge, counter-clockwise seen from its far end. Each is given by the
+    // edge's near corner in it.
     constexpr int corners[4] = {du | dv, dv, 0, du};
     constexpr int step_u = step_of(u), step_v = step_of(v);
     constexpr int steps[4] = {0, step_u, step_u + step_v, step_v};
@@ -534,12 +539,12 @@ class ChunkWorker::Impl {
     quads_.push_back(quad);
     quad_edges_.push_back({number, axis});
   }
-  // What index_of grows by for the next cell along an axis.
+  // Increase of index_of to the next cell along an axis.
   static constexpr int step_of(int axis) {
     return axis == 2 ? 1 : axis == 0 ? kCells : kCells * kCells;
   }
 
-  // Two triangles a quad.
+  // Makes two triangles per quad.
   void make_triangles() {
     const size_t count = quads_.size();
     quads_.resize((count + kBatch - 1) / kBatch * kBatch, Quad{});
@@ -566,7 +571,8 @@ class ChunkWorker::Impl {
       }
     }
   }
-  // The better diagonal of those that leave no triangle degenerate, if there is one. Exact.
+  // The better diagonal of those that leave no triangle degenerate, if there is one. The arithmetic
+  // is exact.
   std::optional<Diagonal> look_closer(const uint32_t (&q)[4]) const {
     const QuantizedPosition &a = places_[q[0]], &b = places_[q[1]], &c = places_[q[2]],
                             &d = places_[q[3]];
@@ -585,11 +591,11 @@ class ChunkWorker::Impl {
     return ac.smooth || !bd.smooth ? kFirstThird : kSecondFourth;
   }
 
-  // All four vertices are on one line (or fold upon one): a vertex off the line makes four proper
+  // All four vertices are on one line (or fold upon one). A vertex off the line makes four proper
   // triangles.
   void make_fan(const uint32_t (&q)[4], const QuadEdge& edge) {
     const Cell& cell = cells_[edge.cell];
-    Index3 from = cell.at;  // the edge's near node, from the cell's
+    Index3 from = cell.at;  // the edge's near node, starting at the cell's node
     from[u_index(edge.axis)]++;
     from[v_index(edge.axis)]++;
     const Hit& h = hits_[hit(edge.axis, from)];
@@ -617,7 +623,7 @@ class ChunkWorker::Impl {
     for (size_t i = 0; i < 4; i++) fan.triangles[i] = {0, q[i], q[(i + 1) % 4]};
     fans_.push_back(fan);
   }
-  // The middles of fans come after the chunk's other own vertices.
+  // The middles of fans follow the chunk's other own vertices.
   void insert_fans() {
     if (fans_.empty()) return;
     const uint32_t own = out_.own, more = static_cast<uint32_t>(fans_.size());
@@ -646,10 +652,10 @@ class ChunkWorker::Impl {
   const Snapshot* model_;
   const VertexGrid grid_;
   const ChunkKernel kernel_ = chunk_kernel();
-  // The chunk's first cell; cell c stands between nodes c and c + 1.
+  // The chunk's first cell. Cell c is between nodes c and c + 1.
   Index3 first_ = Index3::Zero();
   int z_begin_ = 0;
-  size_t words_ = 0;    // a column
+  size_t words_ = 0;    // per column
   bool empty_ = false;  // no material in the column of chunks
   std::vector<uint16_t> inside_;
   std::array<uint32_t, kNodes * kNodes> columns_;
@@ -660,7 +666,7 @@ class ChunkWorker::Impl {
   std::vector<Cell> cells_;
   std::deque<CellSheets> flipped_;  // of cells with flipped faces
   std::vector<CellSheet> sheets_;
-  std::vector<Vec4f> points_, normals_, products_;  // of each sheet, as SheetSums has them
+  std::vector<Vec4f> points_, normals_, products_;  // of each sheet, in the layout of SheetSums
   std::vector<QuantizedPosition> centres_;
   std::vector<QuantizedPosition> places_;  // of each vertex
   std::vector<Quad> quads_;

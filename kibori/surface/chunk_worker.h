@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// How the surface of one chunk is made. Internal to `surface`.
+// Makes the surface of one chunk. Internal to `surface`.
 #pragma once
 
 #include <algorithm>
@@ -12,20 +12,19 @@
 
 namespace kibori {
 
-// Vertices are wanted for a chunk's cells and one layer of the next.
+// A chunk needs the vertices of its cells and of one layer of the next chunks.
 inline constexpr int kCells = kChunkCells + 1;
 
-// Makes chunks, one at a time, of columns of chunks above each other. Its memory serves for all of
-// them.
+// Makes chunks, one at a time, in columns of chunks along z. It reuses its memory.
 class ChunkWorker {
  public:
   explicit ChunkWorker(const Snapshot& model);
   ~ChunkWorker();
-  // Another snapshot of the same model.
+  // Selects another snapshot of the same model.
   void look_at(const Snapshot& model);
-  // Readies chunks (x, y, z_begin) ... (x, y, z_end - 1).
+  // Loads chunks (x, y, z_begin) ... (x, y, z_end - 1).
   void take_column(int x, int y, int z_begin, int z_end);
-  // One of them.
+  // Makes one of the loaded chunks.
   SurfaceChunk run(int z);
 
  private:
@@ -33,7 +32,7 @@ class ChunkWorker {
   std::unique_ptr<Impl> impl_;
 };
 
-// One worker a thread, whose memory serves again and again.
+// One worker per thread. Workers keep their memory between calls.
 class Workers {
  public:
   Workers(const Snapshot& model, int threads) {

@@ -26,7 +26,7 @@ class Plane2 {
         z.for_spans(x, y, [&](const Span& s) {
           if (s.in <= plane && plane < s.out) inside_[at(x, y)] = 1;
         });
-    // Rays of the x field stand at (y, z), those of the y field at (z, x).
+    // Rays of the x field are at (y, z), those of the y field at (z, x).
     for (int y = 0; y < ny_; y++)
       model.field(Axis::x).for_spans(y, k, [&](const Span& s) {
         for (const float end : {s.in, s.out})
@@ -42,10 +42,10 @@ class Plane2 {
   size_t size() const { return static_cast<size_t>(nx_ + 2) * static_cast<size_t>(ny_ + 2); }
   int nx() const { return nx_; }
   int ny() const { return ny_; }
-  // Nodes from -1 to nx, ny.
+  // Nodes run from -1 to nx, ny.
   size_t at(int x, int y) const { return static_cast<size_t>((y + 1) * (nx_ + 2) + x + 1); }
   bool inside(int x, int y) const { return inside_[at(x, y)] != 0; }
-  // Where the edge from a node to the next is crossed [lattice units].
+  // Where the surface crosses the edge from a node to the next [lattice units].
   std::array<double, 2> point(int x, int y, bool along_y) const {
     const size_t i = at(x, y);
     return {x + 0.5 + (along_y ? 0.0 : static_cast<double>(at_x_[i])),
@@ -53,7 +53,8 @@ class Plane2 {
   }
 
  private:
-  // Stores an end as a share of the edge it lies on. Where rounding puts none, halfway stays.
+  // Stores an end as a share of its edge. An edge whose end rounding has moved away keeps the value
+  // of halfway.
   template <class F>
   static void cross(float end, int nodes, F&& share) {
     const float edge = std::ceil(end - 0.5f) - 1;
@@ -71,9 +72,9 @@ class Plane2 {
 Layer slice_layer(const Snapshot& model, int k) {
   const Plane2 plane(model, k);
   Layer layer{model.lattice.to_mm(LatticePoint{Vec3(0, 0, k + 0.5)}).z(), {}};
-  // Crossed edges: 2 i + (0: along x, 1: along y) from node i. Around a cell, the outline goes from
-  // the side where material ends (counter-clockwise) to the one where it begins, around the inside
-  // corners between; where there are two such pairs, inside corners are kept apart.
+  // A crossed edge has the number 2 i + (0: along x, 1: along y), where i is its node. In a cell,
+  // the outline goes counter-clockwise around inside corners. It runs from the side where material
+  // ends to the side where it begins. If there are two such pairs, inside corners are kept apart.
   std::vector<uint32_t> next(2 * plane.size(), ~0u);
   for (int y = -1; y < plane.ny(); y++)
     for (int x = -1; x < plane.nx(); x++) {
@@ -85,7 +86,7 @@ Layer slice_layer(const Snapshot& model, int k) {
                                2 * plane.at(x, y + 1), 2 * plane.at(x, y) + 1};
       for (size_t i = 0; i < 4; i++) {
         if (!corner[i] || corner[(i + 1) % 4]) continue;
-        // Material ends on side i; back along the inside corners to the side where it begins.
+        // Material ends on side i. Go back along the inside corners to the side where it begins.
         size_t begin = i;
         while (corner[begin]) begin = (begin + 3) % 4;
         next[sides[i]] = static_cast<uint32_t>(sides[begin]);
@@ -132,7 +133,7 @@ std::vector<int> layers_of(const Snapshot& model, double layer_mm) {
       });
   std::vector<int> layers;
   if (!(low < high)) return layers;
-  // Layers nearer than the pitch would be the same.
+  // Slices thinner than the pitch would repeat node layers.
   const double step = std::max(1.0, layer_mm / model.lattice.pitch_mm),
                bottom = static_cast<double>(low);
   const auto count =

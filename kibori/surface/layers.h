@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the dexels say without a mesh: cross-sections and heights.
+// Results that come from the dexels without a mesh: cross-sections and height maps.
 #pragma once
 
 #include <array>
@@ -13,24 +13,26 @@ namespace kibori {
 // The cross-section of a model with the horizontal plane through its nodes of index `k` along z.
 struct Layer {
   double z_mm;
-  // Closed outlines [mm, world x y], the first point not repeated; material lies to the left, so
+  // Closed outlines [mm, world x y]. The first point is not repeated. Material is to the left, so
   // holes run clockwise. Outlines never cross or touch.
   std::vector<std::vector<std::array<double, 2>>> outlines;
 };
 
-// Outlines pass exactly through the ends of the x and y dexels of that plane; corners between two
-// dexels are cut.
+// Outlines pass exactly through the ends of the x and y dexels of that plane. Between two dexels,
+// an outline cuts the corner by a straight line.
 Layer slice_layer(const Snapshot& model, int k);
 
-// 255 where the node is inside, 0 elsewhere; nodes.x() a row, the farthest y first, as pictures go.
+// 255 if the node is inside, 0 otherwise. Each row has nodes.x() pixels. The row of the largest y
+// is first, as in pictures.
 std::vector<uint8_t> mask_layer(const Snapshot& model, int k);
 
-// The node layers nearest to the middles of layers of `layer_mm` from the lowest material to the
-// highest; empty without material. layer_mm > 0.
+// The node layers nearest to the middles of slices of `layer_mm`, from the lowest to the highest
+// material. Empty if there is no material. Requires layer_mm > 0.
 std::vector<int> layers_of(const Snapshot& model, double layer_mm);
 
-// Heights seen from above: per z ray 1 ... 65535 from `low_mm` to `high_mm`, the lowest and highest
-// tops; 0 without material. nodes.x() a row, the farthest y first.
+// Heights seen from above. Each z ray has 1 ... 65535 for `low_mm` to `high_mm`, the lowest and the
+// highest top. 0 means no material. Each row has nodes.x() pixels, and the row of the largest y is
+// first.
 struct HeightMap {
   int width = 0, height = 0;
   double low_mm = 0, high_mm = 0;

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// LiveSurface and changed_chunks (surface.h): follows a model by comparing snapshots.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -11,8 +12,8 @@
 namespace kibori {
 namespace {
 
-// Where two tiles differ: rays (bits of their u and v) and the depths of the ends that only one of
-// them has. Normals, materials and paint count too.
+// The difference of two tiles: rays (bits of their u and v), and the depth range of the ends that
+// only one has. Normals, materials and paint count too.
 struct TileDifference {
   float low = kFar, high = -kFar;
   uint32_t us = 0, vs = 0;
@@ -28,7 +29,7 @@ class TileComparison {
         const int slot = v * kTileSide + u;
         ends_of(was, slot, before_);
         ends_of(is, slot, after_);
-        // Both in ascending order: what is in one alone counts.
+        // Both lists are in ascending order. An end counts if only one list has it.
         size_t i = 0, j = 0;
         while (i < before_.size() || j < after_.size()) {
           if (i < before_.size() && j < after_.size() && before_[i] == after_[j]) {
@@ -100,7 +101,7 @@ std::vector<Index3> changed_chunks(const Snapshot& before, const Snapshot& now) 
         before.field(axis), [&](int tu, int tv, const Tile& was, const Tile& is) {
           const TileDifference d = comparison.run(was, is);
           if (!d.us) return;
-          // Nodes whose neighbourhood changed, first and last.
+          // The first and the last node whose neighbourhood changed.
           Index3 first, last;
           first[u_index(axis)] = tu * kTileSide + std::countr_zero(d.us);
           last[u_index(axis)] = tu * kTileSide + 31 - std::countl_zero(d.us);
@@ -108,7 +109,7 @@ std::vector<Index3> changed_chunks(const Snapshot& before, const Snapshot& now) 
           last[v_index(axis)] = tv * kTileSide + 31 - std::countl_zero(d.vs);
           first[depth_index(axis)] = static_cast<int>(std::floor(d.low - 0.5f));
           last[depth_index(axis)] = static_cast<int>(std::ceil(d.high - 0.5f));
-          // Chunk c is made of nodes 16 c - 2 ... 16 c + 17.
+          // Chunk c depends on nodes 16 c - 2 ... 16 c + 17.
           const auto chunk_of = [&](int node, int i) { return std::clamp(node, 0, chunks[i] - 1); };
           Index3 from, to;
           for (int i = 0; i < 3; i++) {
@@ -131,7 +132,7 @@ struct LiveSurface::State {
 
   Snapshot model;
   Workers workers;
-  std::map<Index3, SurfaceChunk, ChunkOrder> chunks;  // those with any surface
+  std::map<Index3, SurfaceChunk, ChunkOrder> chunks;  // chunks that have a surface
   std::vector<Index3> changed;
   SurfaceChunk none;
 

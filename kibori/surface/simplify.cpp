@@ -13,12 +13,12 @@
 namespace kibori {
 namespace {
 
-// A triangle may turn by at most acos of this when a corner moves, and no corner may become sharper
-// than a sliver.
+// kMinTurn is the minimum cosine of the angle by which a triangle turns when a corner moves.
+// kMinShape is the minimum ratio of shape, which prevents slivers.
 constexpr double kMinTurn = 0.3, kMinShape = 0.02;
 
-// Distances are taken at some points of the fans and may be larger between them: so much of the
-// tolerance is used.
+// Distances are measured at some points of the fans, and may be larger between them. Therefore,
+// only this share of the tolerance is used.
 constexpr double kShare = 0.6;
 
 // Sum of squared distances to planes, weighted by area: p.A p + 2 b.p + c.
@@ -52,7 +52,7 @@ class Simplifier {
   Simplifier(const Surface& surface, double tolerance) : surface_(surface), tolerance_(tolerance) {
     const size_t count = surface.vertices.size();
     triangles_ = surface.triangles;
-    // Around the middle, so that quadrics keep their digits.
+    // Relative to the middle, so that quadrics keep their digits.
     Box box;
     for (const SurfaceVertex& v : surface.vertices) box.include(position(v));
     points_.reserve(count);
@@ -64,8 +64,7 @@ class Simplifier {
     moved_.assign(triangles_.size(), 0);
     version_.assign(count, 0);
     for (const SurfaceTriangle& t : triangles_) {
-      // Along a border of colours a wall stands upright on the surface, so that the border stays
-      // where it is.
+      // A wall perpendicular to the surface along a colour border keeps the border in place.
       for (size_t i = 0; i < 3; i++) {
         const uint32_t p = t[i], q = t[(i + 1) % 3];
         if (!same_color(p, q) || same_color(p, t[(i + 2) % 3])) continue;
@@ -98,7 +97,7 @@ class Simplifier {
   struct Wish {
     double cost;
     uint32_t vertex, version;
-    // For a queue with the least cost on top; ties by number.
+    // For a queue with the lowest cost on top; ties by number.
     bool operator<(const Wish& other) const {
       return cost != other.cost ? cost > other.cost : vertex > other.vertex;
     }
@@ -132,7 +131,7 @@ class Simplifier {
     return t[0] == v || t[1] == v || t[2] == v;
   }
 
-  // The vertices around v, each once; false if v is not inside a closed fan.
+  // The vertices around v, each once. Returns false if v is not inside a closed fan.
   bool ring(uint32_t v, std::vector<uint32_t>& out) const {
     out.clear();
     for (const uint32_t t : around_[v])
@@ -150,7 +149,7 @@ class Simplifier {
     return kept == around_[v].size();
   }
 
-  // Puts v in the queue by the cheapest neighbour it could be drawn into.
+  // Queues v with the cost of its cheapest merge into a neighbour.
   void consider(uint32_t v) {
     version_[v]++;
     if (around_[v].empty()) return;
@@ -164,7 +163,7 @@ class Simplifier {
   void collapse(uint32_t v) {
     if (!ring(v, ring_v_)) return;
     targets_.clear();
-    // On a border of colours a vertex may go along the border alone.
+    // A vertex on a colour border may only move along the border.
     border_.clear();
     bool on_border = false;
     for (const uint32_t t : around_[v])
@@ -190,8 +189,8 @@ class Simplifier {
     }
   }
 
-  // Link condition: u and v have just the two vertices opposite their edge in common, and those two
-  // no triangle with both.
+  // Link condition: u and v have exactly two common neighbours, which are opposite their edge. No
+  // triangle contains both of these.
   bool links(uint32_t v, uint32_t u) {
     if (!ring(u, ring_u_)) return false;
     common_.clear();
@@ -206,8 +205,8 @@ class Simplifier {
     return !(joined(v) && joined(u));
   }
 
-  // Whether v's triangles stay proper and near when it goes to u; `moved`: the bound on all that
-  // moved there so far.
+  // True if v's triangles stay proper and near when v moves to u. `moved` becomes the bound on all
+  // distances moved there so far.
   bool fits(uint32_t v, uint32_t u, double& moved) {
     const Vec3 &from = points_[v], &to = points_[u];
     double before_now = 0;
@@ -229,9 +228,9 @@ class Simplifier {
         return false;
       fan_.push_back(is);
     }
-    // How far the old fan and the new one are apart: the old one's middle and sides from the new
-    // one, the middles of the new one's triangles and inner sides from the old, and the sides of
-    // both where they cross.
+    // The distance between the old fan and the new one. It samples the old fan's middle and sides
+    // against the new fan. It samples the middles and inner sides of the new triangles against the
+    // old fan. It also samples the crossings of the sides of both.
     double apart = to_fan(from);
     if (before_now + apart > kShare * tolerance_) return false;
     for (const uint32_t w : ring_v_) apart = std::max(apart, to_fan(0.5 * (from + points_[w])));
@@ -245,7 +244,7 @@ class Simplifier {
           apart = std::max(apart, from_fan(v, 0.5 * (to + end)));
           for (const uint32_t w : ring_v_) {
             const Crossing c = crossing(from, points_[w], to, end);
-            // The fans may be nearer there than these two sides are.
+            // The fans may be nearer there than these two sides.
             if ((c.here - c.there).norm() > apart)
               apart = std::max({apart, to_fan(c.here), from_fan(v, c.there)});
           }
@@ -255,8 +254,8 @@ class Simplifier {
     return moved <= kShare * tolerance_;
   }
 
-  // From v to the border of colours as it would run without v: from u to the next of its neighbours
-  // there.
+  // Distance from v to the colour border without v: the line from u to its other neighbour on the
+  // border.
   double to_border(uint32_t v, uint32_t u) const {
     if (border_.empty()) return 0;
     double nearest = std::numeric_limits<double>::infinity();
@@ -267,7 +266,8 @@ class Simplifier {
     return nearest;
   }
 
-  // Where the segments a b and c d pass over each other; where they do not, one point for both.
+  // The points where the segments a b and c d pass over each other. If they do not, both are the
+  // same point.
   struct Crossing {
     Vec3 here, there;
   };
@@ -288,7 +288,7 @@ class Simplifier {
     return nearest;
   }
 
-  // From p to the triangles around v, as they are.
+  // Distance from p to the current triangles around v.
   double from_fan(uint32_t v, const Vec3& p) const {
     double nearest = std::numeric_limits<double>::infinity();
     for (const uint32_t t : around_[v]) {
@@ -335,11 +335,11 @@ class Simplifier {
 
   const Surface& surface_;
   const double tolerance_;
-  std::vector<SurfaceTriangle> triangles_;  // {0, 0, 0}: gone
+  std::vector<SurfaceTriangle> triangles_;  // {0, 0, 0}: removed
   std::vector<Vec3> points_;
   std::vector<std::vector<uint32_t>> around_;  // triangles of each vertex
   std::vector<Quadric> quadrics_;
-  std::vector<double> moved_;  // of each triangle: how far it may be from the old surface
+  std::vector<double> moved_;  // per triangle: bound on its distance from the old surface
   std::vector<uint32_t> version_;
   std::priority_queue<Wish> queue_;
   std::vector<uint32_t> ring_v_, ring_u_, common_, border_;

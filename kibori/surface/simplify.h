@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: MIT
-// Fewer triangles for display and export.
+// Reduces the number of triangles, for display and export.
 #pragma once
 
 #include <kibori/geometry/mesh.h>
 
 namespace kibori {
 
-// A closed two-manifold with fewer triangles, within about tolerance_mm of `surface` both ways;
-// closed and two-manifold again, no degenerate triangle, every vertex one of the old (so no two in
-// one place), sharp edges and borders of colours kept. Vertices are drawn into neighbours, least
-// error first (quadrics: Garland and Heckbert, 1997), as long as the link condition holds (Dey et
-// al., 1999), no triangle turns over, and the distances moved add up to less than the tolerance.
-// The surface must be a closed two-manifold; what of it is not stays as it is.
+// Returns a surface with fewer triangles, within about tolerance_mm of `surface` in both
+// directions. The input must be a closed two-manifold; parts that are not stay unchanged. The
+// result is a closed two-manifold without degenerate triangles. Every vertex is one of the old
+// vertices, so no two have the same position. Sharp edges and colour borders are kept.
+//
+// The algorithm merges vertices into neighbours, lowest error first (quadrics: Garland and
+// Heckbert, 1997). A merge needs the link condition (Dey et al., 1999). It must not turn a triangle
+// over. The sum of the distances moved must stay below the tolerance.
 Surface simplify(const Surface& surface, double tolerance_mm);
 
 }  // namespace kibori

@@ -24,8 +24,8 @@ SurfaceChunk extract_chunk(const Snapshot& model, const Index3& chunk) {
 
 namespace {
 
-// Layers of chunks are made together, as many as make about so many chunks: columns of chunks share
-// their reading of nodes, and two such slabs are held at a time.
+// Layers of chunks are made together, about kSlabChunks chunks at a time. Columns of chunks share
+// their reading of nodes. Two such slabs are in memory at a time.
 constexpr int kSlabChunks = 16384, kMaxLayers = 8;
 
 struct Slab {
@@ -39,7 +39,7 @@ struct Slab {
   }
 };
 
-// The slab from layer z_begin on, whose vertices are numbered from `count`, which moves on.
+// Makes the slab from layer z_begin on. Vertices are numbered from `count`, which it advances.
 Slab make_slab(const Snapshot& model, Workers& workers, int z_begin, uint32_t& count) {
   Slab slab;
   slab.chunks = surface_chunks(model.lattice);
@@ -64,8 +64,8 @@ Slab make_slab(const Snapshot& model, Workers& workers, int z_begin, uint32_t& c
   return slab;
 }
 
-// Where a key stands among ascending ones, of which there is at least one. Without branches: they
-// would not be foreseen.
+// The index of a key in an ascending list with at least one entry. It has no branches, because the
+// processor could not predict them.
 size_t place_of(uint32_t key, const uint32_t* keys, size_t count) {
   const uint32_t* at = keys;
   for (size_t left = count; left > 1;) {
@@ -76,15 +76,15 @@ size_t place_of(uint32_t key, const uint32_t* keys, size_t count) {
   return static_cast<size_t>(at - keys);
 }
 
-// Numbers in the whole surface of the vertices of chunk (x, y, z) of slab `here`; `above` is the
-// next one.
+// Numbers in the whole surface of the vertices of chunk (x, y, z) of slab `here`. `above` is the
+// next slab.
 void number_vertices(const Slab& here, const Slab& above, int x, int y, int z,
                      std::vector<uint32_t>& number) {
   const SurfaceChunk& part = here.parts[here.at(x, y, z)];
   number.resize(part.vertices.size());
   for (uint32_t v = 0; v < part.own; v++) number[v] = here.first[here.at(x, y, z)] + v;
   for (uint32_t v = part.own; v < part.vertices.size(); v++) {
-    // Made by a next chunk: look it up there.
+    // A next chunk made this vertex: look it up there.
     const uint32_t cell = part.cell[v] / kMaxSheets;
     uint32_t c[3] = {cell / kCells % kCells, cell / (kCells * kCells), cell % kCells};
     int owner[3] = {x, y, z};
@@ -104,8 +104,8 @@ void number_vertices(const Slab& here, const Slab& above, int x, int y, int z,
   }
 }
 
-// Makes slab after slab, and calls use(slab, the next one, vertices up to the end of the next) for
-// each.
+// Makes slab after slab. Calls use(slab, next slab, number of vertices to the end of the next slab)
+// for each.
 template <class Use>
 void make_slabs(const Snapshot& model, int threads, Use&& use) {
   uint32_t count = 0;
@@ -118,8 +118,8 @@ void make_slabs(const Snapshot& model, int threads, Use&& use) {
   }
 }
 
-// Runs f(part's number in the slab, its vertices' numbers in the whole surface, which it may take)
-// for all parts of a slab.
+// Runs f(part's index in the slab, its vertices' numbers in the whole surface) for all parts of a
+// slab. f may move from the numbers.
 template <class F>
 void for_numbered_parts(int threads, const Slab& here, const Slab& above, F&& f) {
   const auto rows = static_cast<size_t>(here.chunks[1] * (here.z_end - here.z_begin));
@@ -136,7 +136,7 @@ void for_numbered_parts(int threads, const Slab& here, const Slab& above, F&& f)
   });
 }
 
-// Makes room for `count` elements, or for `expected` of them.
+// Reserves memory for at least `count` elements, or for `expected` if that is more.
 template <class T>
 void make_room(std::vector<T>& all, size_t count, size_t expected) {
   if (count <= all.capacity()) return;
@@ -169,7 +169,7 @@ Surface extract_surface(const Snapshot& model, int threads) {
       vertices += part.own;
       triangles += part.triangles.size();
     }
-    // If the rest is like the part so far; two triangles a vertex.
+    // Assumes that the rest is like the part so far, with two triangles per vertex.
     const int layers = above.parts.empty() ? here.z_end : above.z_end;
     const auto expected = static_cast<size_t>(1.05 * vertices_so_far * here.chunks[2] / layers);
     make_room(surface.vertices, vertices, expected);

@@ -11,21 +11,22 @@
 namespace kibori {
 namespace {
 
-// Eigenvalues below this share of the largest are taken for curvature and noise, not for a second
-// face: two planes at an angle a give tan^2(a/2), so 0.05 keeps edges sharper than 25 degrees.
+// Eigenvalues below this share of the largest are curvature and noise, not a second face. Two
+// planes at an angle a give tan^2(a/2), so 0.05 keeps edges sharp above 25 degrees.
 constexpr double kSharp = 0.05;
-// How far a place may be off a face that it is on [lattice units]: what curvature makes of planes.
+// Maximum distance of a point from a face that it is on [lattice units]. Curvature causes such
+// distances.
 constexpr float kTouching = 0.02f;
-// How far a vertex may be beyond one of its own faces [lattice units]: what several that do not
-// meet in one place make of it, as those of a splinter thinner than a cell.
+// Maximum distance of a vertex beyond one of its faces [lattice units]. It occurs if several faces
+// do not meet in one point, as in a splinter thinner than a cell.
 constexpr float kBeyond = 0.1f;
-// Nearer to the mean of its ends [lattice units] a vertex passes no face that would show.
+// If a vertex is nearer to the mean of its ends than this [lattice units], it passes no face
+// visibly.
 constexpr float kNear = 0.3f;
 
-// Whether all normals are within kFlat of their mean, of length `length` before it was made a unit
-// vector.
+// True if all normals are within kFlat of their mean. `length` is the length of their sum.
 bool one_face(const SheetEnds& ends, const Vec4f& normal, float length) {
-  // Their cosines add up to `length`, so if that is nearly their number, none is far below 1.
+  // Their cosines add up to `length`. If the sum is nearly their number, no cosine is far below 1.
   if (length > static_cast<float>(ends.with_normal) - (1 - kFlat)) return true;
   float min = 1;
   for (int i = 0; i < ends.count; i++)
@@ -33,13 +34,13 @@ bool one_face(const SheetEnds& ends, const Vec4f& normal, float length) {
   return min > kFlat;
 }
 
-// 1: the faces bound a convex corner of the material; -1: of what is without.
+// 1: the faces bound a convex corner of the material; -1: of the empty space.
 float side_of(const SheetVertex& vertex, const Vec4f& mean) {
   return (vertex.point - mean).dot(vertex.normal) > 0 ? 1.0f : -1.0f;
 }
 
-// Whether no end lies in front of another's face: the faces bound one convex corner. Normals that
-// are not those of their ends, as at a torn rim, hardly ever do.
+// True if no end is in front of another end's face: the faces bound one convex corner. Normals that
+// do not match their ends, as at a torn rim, almost never pass this test.
 bool is_convex(const SheetEnds& ends, float side) {
   for (int i = 0; i < ends.count; i++)
     for (int j = 0; j < ends.count; j++)
@@ -47,7 +48,7 @@ bool is_convex(const SheetEnds& ends, float side) {
   return true;
 }
 
-// Back towards the mean of the ends, as far as it is beyond a face that the mean is not.
+// Moves the vertex back towards the mean of the ends, if a face separates the two.
 void hold_within(const SheetEnds& ends, const Vec4f& mean, SheetVertex& vertex) {
   const float side = side_of(vertex, mean);
   float share = 1;
@@ -68,8 +69,8 @@ SheetVertex place_vertex(const SheetEnds& ends) {
   if (ends.with_normal == 0 || !(length > 1e-9f)) return vertex;
   vertex.normal = ends.normal_sum * (1 / length);
 
-  if (ends.faces_beside == 0 && one_face(ends, vertex.normal, length)) {
-    // Along the mean normal alone.
+  if (ends.adjacent_faces == 0 && one_face(ends, vertex.normal, length)) {
+    // Move along the mean normal only.
     const float height = ends.products.sum() - ends.normal_sum.dot(mean);
     vertex.point = mean + (height / length) * vertex.normal;
   } else {
@@ -81,7 +82,8 @@ SheetVertex place_vertex(const SheetEnds& ends) {
       b += n.dot((ends.points[i] - mean).head<3>().cast<double>()) * n;
     }
     Eigen::SelfAdjointEigenSolver<Mat3> solver;
-    // Ascending; three times as quick as by iteration, and exact enough for float32.
+    // Eigenvalues ascend. The direct method is three times as fast as iteration, and accurate
+    // enough for float32.
     solver.computeDirect(a);
     Vec3 step = Vec3::Zero();
     vertex.rank = 0;
@@ -96,7 +98,7 @@ SheetVertex place_vertex(const SheetEnds& ends) {
     hold_within(ends, mean, vertex);
   }
   if (vertex.point.cwiseAbs().maxCoeff() <= kVertexReach) return vertex;
-  // Back towards the mean, which is inside the cell, until it is within reach.
+  // Move back towards the mean, which is inside the cell, until the vertex is within reach.
   float share = 1;
   for (int i = 0; i < 3; i++) {
     const float step = vertex.point[i] - mean[i];
@@ -107,8 +109,8 @@ SheetVertex place_vertex(const SheetEnds& ends) {
   return vertex;
 }
 
-bool goes_far(const SheetEnds& ends, const SheetVertex& vertex) {
-  return vertex.rank > 1 && ends.way_to(vertex.point) > kNear;
+bool is_far(const SheetEnds& ends, const SheetVertex& vertex) {
+  return vertex.rank > 1 && ends.distance_to(vertex.point) > kNear;
 }
 
 float passes(const SheetEnds& ends, const SheetVertex& vertex, const Vec4f& point,

@@ -6,8 +6,8 @@
     r = m.carve(kb.Ball(radius=5), [[10, 25, 28], [70, 25, 28]])
     r.removed_mm3, r.force
 
-Lengths are mm, angles degrees, forces N, moments N mm. What can't be done raises kibori.Error with
-one sentence.
+Lengths are in mm, angles in degrees, forces in N, moments in N mm. A failure raises
+kibori.Error with one sentence.
 """
 import csv
 import json
@@ -17,10 +17,10 @@ import tempfile
 
 import numpy as np
 
-# The program that reads what is not to be trusted comes along with a wheel.
-_beside = pathlib.Path(__file__).parent / "bin" / "kibori-import"
-if _beside.exists():
-    os.environ.setdefault("KIBORI_IMPORT", str(_beside))
+# A wheel contains the program that reads untrusted files.
+_bundled = pathlib.Path(__file__).parent / "bin" / "kibori-import"
+if _bundled.exists():
+    os.environ.setdefault("KIBORI_IMPORT", str(_bundled))
 
 from . import _kibori  # noqa: E402
 from ._kibori import *  # noqa: E402,F401,F403
@@ -40,10 +40,13 @@ Model._repr_png_ = _repr_png_
 
 
 def read_recording(path):
-    """Every tick of a recording as arrays, by name: see docs/recordings.md.
+    """Reads every tick of a recording as a dict of arrays, by name. See docs/recordings.md.
 
-    path: what kibori export wrote, .csv or .h5, .hdf5 (which needs h5py), or a .kibori document itself. "about" is the
-    JSON that says what it is of, as a dict; the others are arrays with a row a tick. Errors: kibori.Error.
+    path: a file from kibori export (.csv, .h5 or .hdf5; the latter two need h5py), or a .kibori
+    document.
+
+    Returns arrays with one row per tick. The entry "about" is a dict that describes the
+    recording. Raises kibori.Error.
     """
     path = pathlib.Path(path)
     ending = path.suffix.lower()

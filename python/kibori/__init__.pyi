@@ -12,6 +12,7 @@ Vector = Sequence[float]
 ModeName = Literal[
     "cut", "deposit", "touch", "off", "smooth", "rasp", "fill", "inflate", "flatten", "crease", "paint", "grab",
     "nudge", "twist", "bend", "pinch", "scale", "node", "press", "throw", "turn",
+    "trim", "build",
 ]
 ForceName = Literal["series", "energy", "paper"]
 CrumbsName = Literal["sort", "stay", "fall", "body"]
@@ -162,8 +163,15 @@ class Material:
     gc: float
     u_along: float
     ring: float
+    k: list[float]
+    m: float
+    density: float
+    ring_width: float
+    axis: list[float]
+    pith: list[float]
     def __init__(
-        self, name: str, u: float, *, kf: float = ..., c: float = ..., yield_n: float = ..., color: Sequence[int] = ...,
+        self, name: str, u: Optional[float] = ..., *, k: Union[float, Sequence[float]] = ..., m: float = ...,
+        density: float = ..., ring_width: float = ..., axis: Vector = ..., pith: Vector = ..., kf: float = ..., c: float = ..., yield_n: float = ..., color: Sequence[int] = ...,
         plastic: bool = ..., gc: float = ..., u_along: float = ..., ring: float = ...,
     ) -> None: ...
 
@@ -259,7 +267,7 @@ class Model:
     nodes: list[int]
     origin: list[float]
     materials: list[Material]
-    mass_g: float
+    mass_g: Optional[float]
     bodies: list[Body]
     active: int
     steps: int
@@ -299,13 +307,13 @@ class Model:
     def carve(
         self, tool: Shape, path: npt.ArrayLike, mode: ModeName = ..., material: Union[None, str, Material] = ..., *,
         force: ForceName = ..., dof: int = ..., rate: float = ..., powered: Literal["", "motor", "press"] = ...,
-        mirror: str = ..., fold: int = ..., axis: Literal["x", "y", "z"] = ..., centre: Optional[Vector] = ...,
+        thrust: Optional[float] = ..., mirror: str = ..., fold: int = ..., axis: Literal["x", "y", "z"] = ..., centre: Optional[Vector] = ...,
         crumbs: CrumbsName = ..., brush: Mapping[str, object] = ..., label: str = ..., spring: Mapping[str, float] = ...,
     ) -> Carved: ...
     def stroke(
         self, tool: Shape, start: npt.ArrayLike, mode: ModeName = ..., material: Union[None, str, Material] = ..., *,
         force: ForceName = ..., dof: int = ..., rate: float = ..., powered: Literal["", "motor", "press"] = ...,
-        mirror: str = ..., fold: int = ..., axis: Literal["x", "y", "z"] = ..., centre: Optional[Vector] = ...,
+        thrust: Optional[float] = ..., mirror: str = ..., fold: int = ..., axis: Literal["x", "y", "z"] = ..., centre: Optional[Vector] = ...,
         crumbs: CrumbsName = ..., brush: Mapping[str, object] = ..., label: str = ..., spring: Mapping[str, float] = ...,
     ) -> Stroke: ...
     def snapshot(self) -> Snapshot: ...

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""Ticks while they are made, from kibori servo|studio --publish HOST:PORT. Needs NumPy and websockets; this file
-works without the rest of kibori, too."""
+"""Reads ticks while they are made, from kibori servo|studio --publish HOST:PORT. Needs NumPy and
+websockets. This file also works without the rest of kibori."""
 import asyncio
 import collections
 import concurrent.futures
@@ -18,15 +18,15 @@ except ImportError:  # copied out of the package
         pass
 
 
-_ABOUT, _TICKS = 96, 97  # kinds of docs/protocol.md
+_ABOUT, _TICKS = 96, 97  # message kinds of docs/protocol.md
 _FORMAT = 1
-_LONGEST = 1 << 26  # bytes of a message
-_WAITING = 1 << 26  # bytes that a reader may leave unread: some minutes
+_LONGEST = 1 << 26  # max bytes of a message
+_WAITING = 1 << 26  # max unread bytes of a reader: some minutes
 _TYPES = {"u8": "u1", "u64": "<u8", "i64": "<i8", "f64": "<f8"}
 
 
 def row_type(about):
-    """Of rows as `about` describes their columns."""
+    """The NumPy type of a row, from the columns that `about` describes."""
     columns = about["columns"]
     return np.dtype({
         "names": [column["name"] for column in columns],
@@ -37,10 +37,12 @@ def row_type(about):
 
 
 class Listener:
-    """What listen() gives: an iterator over arrays of ticks, as they come. With it as a context, it ends with the block.
+    """An iterator over arrays of ticks as they arrive, made by listen(). As a context, it ends
+    with the block.
 
-    about: what the ticks are of, a dict (document, device, rate_hz, materials, modes, columns, ...). lost: how many
-    ticks did not reach this reader since it began; 0 where it keeps up.
+    about: a dict that describes the ticks (document, device, rate_hz, materials, modes,
+    columns, ...).
+    lost: the number of ticks that this reader has missed since it began. 0 if it keeps up.
     """
 
     def __init__(self, address, timeout):
@@ -50,10 +52,10 @@ class Listener:
             raise Error("reading published ticks needs the Python package websockets (Debian: python3-websockets)") from None
         self._timeout = timeout
         self.about, self.lost, self._last = {}, 0, None
-        self._come, self._bytes, self._end = collections.deque(), 0, None
+        self._received, self._bytes, self._end = collections.deque(), 0, None
         self._changed = threading.Condition()
-        # A thread of its own, so that it works where a loop runs already (in a notebook), and kibori is answered while
-        # the script does something else.
+        # A separate thread works where an event loop already runs (in a notebook). It also answers
+        # kibori while the script does something else.
         self._loop = asyncio.new_event_loop()
         self._thread = threading.Thread(target=self._loop.run_forever, daemon=True)
         self._thread.start()
@@ -84,9 +86,9 @@ class Listener:
         try:
             async for message in socket:
                 with self._changed:
-                    # What is left out, the numbers of the ticks tell.
+                    # Skipped ticks show in the tick numbers.
                     if isinstance(message, bytes) and (self._bytes < _WAITING or message[:1] != bytes([_TICKS])):
-                        self._come.append(message)
+                        self._received.append(message)
                         self._bytes += len(message)
                     self._changed.notify()
             end = ""
@@ -105,15 +107,15 @@ class Listener:
         await asyncio.gather(*others, return_exceptions=True)
 
     def _next_message(self, timeout):
-        """The rows of the next message, or True where it says what they are of; None at the end."""
+        """The rows of the next message, True if it describes the rows, or None at the end."""
         with self._changed:
-            if not self._changed.wait_for(lambda: self._come or self._end is not None, timeout):
+            if not self._changed.wait_for(lambda: self._received or self._end is not None, timeout):
                 raise Error(f"no tick came for {timeout:g} s")
-            if not self._come:
+            if not self._received:
                 if self._end:
                     raise Error(self._end)
                 return None
-            message = self._come.popleft()
+            message = self._received.popleft()
             self._bytes -= len(message)
         try:
             return self._take(message)
@@ -134,7 +136,8 @@ class Listener:
         if len(rows):
             numbers = rows["tick"]
             before = numbers[:1] if self._last is None else [self._last]
-            steps = np.diff(np.concatenate((before, numbers)).astype(np.int64))  # 0: the second hand's row of a tick
+            # 0: the second hand's row of a tick.
+            steps = np.diff(np.concatenate((before, numbers)).astype(np.int64))
             self.lost += int(np.maximum(steps - 1, 0).sum())
             self._last = int(numbers[-1])
         return rows
@@ -143,8 +146,9 @@ class Listener:
         return self
 
     def __next__(self):
-        """Ticks that came, a structured array with the columns of docs/recordings.md. Ends where kibori does. Errors:
-        nothing came within the time that listen() was given; the connection was lost."""
+        """Returns the ticks that arrived, a structured array with the columns of
+        docs/recordings.md. Ends when kibori ends. Raises Error if nothing arrives within
+        listen()'s timeout or the connection is lost."""
         while True:
             rows = self._next_message(self._timeout)
             if rows is None:
@@ -172,12 +176,14 @@ class Listener:
 
 
 def listen(address, *, timeout=10):
-    """Reads the ticks that kibori servo|studio --publish gives at HOST:PORT, while they are made.
+    """Reads the ticks of kibori servo|studio --publish HOST:PORT while they are made.
 
         with kb.listen("127.0.0.1:7070") as ticks:
             for rows in ticks:                       # some ticks at a time, each as soon as it is made
                 print(rows["time_s"][-1], rows["force_N"][-1], rows["removed_mm3"].sum())
 
-    timeout: how long it waits for kibori, and for the next tick [s]. Errors: kibori.Error. Source: docs/recordings.md.
+    timeout: the max wait for kibori, and for the next tick [s].
+
+    Returns a Listener. Raises kibori.Error. See docs/recordings.md.
     """
     return Listener(address, timeout)

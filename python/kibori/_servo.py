@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The servo loop in the script's own process, with a simulated hand or a device."""
+"""Runs the servo loop in the script's own process, with a simulated hand or a device."""
 import json
 import pathlib
 import tempfile
@@ -11,11 +11,14 @@ from ._published import row_type
 
 
 class Servo:
-    """The servo loop that Model.servo() began: a thread of C++ moves the tool a thousand times a second and never waits for
-    Python. With it as a context, it ends with the block.
+    """The servo loop that Model.servo() began. A C++ thread moves the tool at the given rate and
+    never waits for Python. As a context, it ends with the block.
 
-    path: the document that it carves. about: what ticks are of, a dict. statistics: once it has ended, how it kept time: ticks,
-    missed, seconds, and of what it computed and how late it began (compute_us, late_us) p50, p99, p999 and max [us].
+    path: the document that the loop carves.
+    about: a dict that describes the ticks.
+    statistics: None until the loop ends. Then a dict of its timing (ticks, missed, seconds).
+    Its entries compute_us and late_us hold p50, p99, p999 and max [us] of the computation and
+    of the delay.
     """
 
     def __init__(self, model, path, overwrite, *choice):
@@ -28,28 +31,30 @@ class Servo:
         try:
             self._servo = _Servo(self.path, model.active, *choice)
         except BaseException:
-            self.path.unlink(missing_ok=True)  # it was made for this
+            self.path.unlink(missing_ok=True)  # it was made for this loop
             raise
         self.about = json.loads(self._servo.about)
         self._rows = row_type(self.about)
         self.statistics = None
 
     def aim(self, pose):
-        """Where the simulated hand wants to be from now on: x, y, z, or x, y, z and a quaternion x, y, z, w [mm], in the world. It
-        goes there at 300 mm/s. Any thread."""
+        """Sets the target of the simulated hand in the world. The target is x, y, z [mm], or x, y,
+        z and a quaternion x, y, z, w. The hand moves there at 300 mm/s. Call it on any thread."""
         self._servo.aim(pose)
 
     def hold(self, tool, mode="cut", material=""):
-        """Another tool, or another mode, from now on; the stroke that is being made ends. Any thread."""
+        """Changes the tool or the mode. The current stroke ends. Call it on any thread."""
         self._servo.hold(tool, mode, material)
 
     def ticks(self):
-        """The ticks since it was last asked, with the columns of docs/recordings.md: a structured array. After some eight
-        seconds that nobody asks, ticks are left out; their numbers tell. Any thread."""
+        """Returns the ticks since the last call, a structured array with the columns of
+        docs/recordings.md. The buffer holds about 8 seconds of ticks. Further ticks are
+        dropped, which shows in their numbers. Call it on any thread."""
         return np.frombuffer(self._servo.ticks(), self._rows)
 
     def close(self):
-        """Ends the loop, the force first; the Model that is left. In its document each stroke is a step."""
+        """Ends the force, then the loop. Returns the resulting Model. Each stroke is a step in its
+        document."""
         self._stop()
         return Model.open(self.path)
 
@@ -72,13 +77,23 @@ class Servo:
 
 def servo(self, tool, mode="cut", material="", *, at=None, device="virtual", rate=1000, force="series", stiffness=None,
           strength=200, powered="motor", keep_forces=True, path=None, overwrite=False):
-    """Begins the servo loop on this model, in this process: a hand carves it and feels it. Returns a Servo.
+    """Begins the servo loop on a copy of this model, in this process. A hand carves the copy and
+    feels it. Returns a Servo.
 
-    at: where a simulated hand begins, x, y, z [mm], in the world; 20 mm above the middle of the active body's lattice, from its top, unless given. device: a name that kibori
-    devices lists instead of it. rate: ticks a second, 100 to 4000. force: series, energy or paper. strength: of the hand [N];
-    at the device it is as much as that can give. powered: "motor" turns the tool, and the hand bears a tenth of the cut;
-    "press", a hundredth; "": all. stiffness: of the spring, at the device [N/mm]; by default what suits it. path: the document that is made and carved, a temporary one unless given;
-    overwrite: though there is one; keep_forces: with the forces of every tick. The model itself stays as it is: Servo.close() gives what was made of it.
+    at: where a simulated hand begins, x, y, z [mm] in the world. By default 20 mm above the top
+    of the active body's lattice, in its middle.
+    device: a name from kibori devices, instead of the simulated hand.
+    rate: ticks per second, 100 to 4000.
+    force: series, energy or paper.
+    strength: the strength of the hand [N]. It corresponds to the device's max force.
+    powered: "motor" turns the tool, and the hand receives a tenth of the cutting force. "press"
+    gives a hundredth, and "" gives all of it.
+    stiffness: of the spring at the device [N/mm]. By default the device decides.
+    path: the document to make and carve. By default a temporary one.
+    overwrite: replace an existing document.
+    keep_forces: store the forces of every tick.
+
+    The model itself does not change. Servo.close() returns the result.
     """
     return Servo(self, path, overwrite, tool, mode, device, at, rate, force, stiffness, strength, powered, material, keep_forces)
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a model holds as arrays: surfaces, nodes, distances, heights.
+// The data of a model as arrays: surfaces, nodes, distances, heights.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -17,7 +17,7 @@ std::array<py::ssize_t, 3> shape_of(const Lattice& lattice) {
 
 namespace {
 
-// A state of the active body; it does not change, and outlives its model.
+// A state of the active body. It does not change, and it may outlive its model.
 struct State {
   kibori::Snapshot snapshot;
 };
@@ -58,7 +58,7 @@ SurfaceArrays surface_of_state(const kibori::Snapshot& snapshot, int threads) {
   return all;
 }
 
-// Calls f(index of [x, y, z]) for every node that is inside.
+// Calls f(index of [x, y, z]) for every node inside.
 template <class F>
 void for_inside(const kibori::Snapshot& state, F&& f) {
   const Index3& nodes = state.lattice.nodes;
@@ -66,7 +66,7 @@ void for_inside(const kibori::Snapshot& state, F&& f) {
   for (int x = 0; x < nodes.x(); x++)
     for (int y = 0; y < nodes.y(); y++)
       z.for_spans(x, y, [&](const Span& span) {
-        // Nodes stand at k + 1/2.
+        // Nodes are at k + 1/2.
         const int first = std::max(0, static_cast<int>(std::ceil(double{span.in} - 0.5)));
         for (int k = first; k < nodes.z() && k + 0.5 < double{span.out}; k++)
           f((static_cast<size_t>(x) * static_cast<size_t>(nodes.y()) + static_cast<size_t>(y)) *
@@ -110,7 +110,7 @@ py::array_t<float> signed_distance(const kibori::Snapshot& state, int threads) {
   return nodes;
 }
 
-// Along x, then y, in mm; NaN where there is nothing.
+// The heights [x, y] in mm. NaN where there is no material.
 py::array_t<float> heights(const kibori::Snapshot& state) {
   const Index3& nodes = state.lattice.nodes;
   py::array_t<float> map(

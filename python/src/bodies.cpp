@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The bodies of a model, and what is done with them.
+// The bodies of a model, and the actions on them.
 #include <kibori/report/tick_row.h>
 
 #include "python/src/model.h"
@@ -36,7 +36,7 @@ void bind_body_view(py::module_& module) {
       .def_readonly("visible", &BodyView::visible, "Whether pictures show it.")
       .def_readonly("locked", &BodyView::locked, "Whether nothing may change it.")
       .def_readonly("no_go", &BodyView::no_go, "Whether no stroke may cut into what it holds.")
-      .def_readonly("volume_mm3", &BodyView::volume_mm3, "mm^3, the mean of the three fields.")
+      .def_readonly("volume_mm3", &BodyView::volume_mm3, "mm^3.")
       .def_readonly("pose", &BodyView::pose,
                     "Where its own coordinates stand in the world: x, y, z [mm] and a quaternion "
                     "x, y, z, w.")

@@ -10,7 +10,7 @@
 namespace kibori::python {
 namespace {
 
-// How far from 1 the length of a quaternion may be: of numbers that were written with few digits.
+// Tolerance of a quaternion's length, for numbers with few digits.
 constexpr double kUnit = 1e-2;
 
 Pose pose_of_numbers(const double* row, py::ssize_t columns, const std::string& which) {

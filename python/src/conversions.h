@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Between Kibori's values and Python's: errors, places, poses, arrays.
+// Conversions between Kibori's and Python's values: errors, positions, poses, arrays.
 #pragma once
 
 #include <array>
@@ -36,7 +36,7 @@ inline void must(const Status& status) {
   if (!status) throw Failure(status.error());
 }
 
-// What Python gave as a T; else a TypeError that says what it should be.
+// Converts a Python value to T. Otherwise raises a TypeError that says what it should be.
 template <class T>
 T given(const py::handle& value, const std::string& what) {
   try {
@@ -46,7 +46,7 @@ T given(const py::handle& value, const std::string& what) {
   }
 }
 
-// A value of a list by its name. Errors: there is none, with those there are.
+// Finds an enumerator by name. Errors: an unknown name; the message lists the known ones.
 template <class Enum>
 Enum named(const std::string& what, const std::string& name) {
   const auto value = kibori::value_of<Enum>(name);
@@ -63,14 +63,18 @@ using Three = std::array<double, 3>;
 inline Vec3 vec(const Three& v) { return {v[0], v[1], v[2]}; }
 inline Three three(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
 
-// Of the cut's force, what the hand bears: "", "motor" or "press". Errors: another word.
+// The share of the cutting force that the hand receives: "", "motor" or "press". Errors: another
+// word.
 double share_of(const std::string& powered);
 
-// A contiguous array of doubles; whatever NumPy can make one of.
-using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
+// A contiguous array of doubles. As an argument: numbers in any form that NumPy makes an array of.
+// Complex numbers, text and other objects raise TypeError.
+struct Doubles : py::array_t<double, py::array::c_style | py::array::forcecast> {
+  using py::array_t<double, py::array::c_style | py::array::forcecast>::array_t;
+};
 
-// The poses of a path: rows of x, y, z, or x, y, z and a quaternion x, y, z, w (as ROS and SciPy
-// order it). Errors: other shapes, numbers that are not finite, a quaternion without length.
+// The poses of a path. A row is x, y, z, or x, y, z and a quaternion x, y, z, w. ROS and SciPy use
+// this order. Errors: other shapes, non-finite numbers, a quaternion of zero length.
 std::vector<Pose> poses_of(const Doubles& rows);
 Pose pose_of(const Doubles& row);
 
@@ -83,3 +87,26 @@ py::array_t<T> array_of(std::vector<T> data, std::vector<py::ssize_t> shape) {
 }
 
 }  // namespace kibori::python
+
+namespace pybind11::detail {
+
+template <>
+struct type_caster<kibori::python::Doubles> {
+  PYBIND11_TYPE_CASTER(kibori::python::Doubles, const_name("numpy.ndarray[numpy.float64]"));
+  bool load(handle source, bool) {
+    const array any = array::ensure(source);
+    if (!any) {
+      PyErr_Clear();
+      return false;
+    }
+    const char kind = any.dtype().kind();
+    if (kind != 'f' && kind != 'i' && kind != 'u')
+      throw type_error("an array of numbers is needed, not of " +
+                       pybind11::cast<std::string>(str(any.dtype())));
+    value = reinterpret_borrow<kibori::python::Doubles>(
+        array_t<double, array::c_style | array::forcecast>(any));
+    return true;
+  }
+};
+
+}  // namespace pybind11::detail

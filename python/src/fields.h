@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Described structs (kibori/base/field_info.h) by the names of their fields.
+// Reads and writes described structs (kibori/base/field_info.h) by the names of their fields.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@
 
 namespace kibori::python {
 
-// "radius, strength, ...", those of tables within too.
+// "radius, strength, ...", including the fields of nested structs.
 template <Described T>
 std::string field_names() {
   std::string names;
@@ -33,11 +33,16 @@ void set_value(Value& into, const char* name, const py::handle& value, const std
     into = named<Value>(name, given<std::string>(value, what));
   else if constexpr (std::is_same_v<Value, Vec3>)
     into = vec(given<Three>(value, what));
+  else if constexpr (std::is_same_v<Value, std::array<double, 3>>)  // or one number for all three
+    if (py::isinstance<py::float_>(value) || py::isinstance<py::int_>(value))
+      into.fill(given<double>(value, what));
+    else
+      into = given<std::array<double, 3>>(value, what);
   else
     into = given<Value>(value, what);
 }
 
-// Sets what is called so; false: there is no such field. `what`: of a TypeError.
+// Sets the field of that name. Returns false if there is none. `what`: for a TypeError.
 template <Described T>
 bool set_field(T& into, const std::string& name, const py::handle& value, const std::string& what) {
   bool found = false;

@@ -12,11 +12,10 @@ namespace kibori::python {
 Material material_named(const MaterialOrName& wanted) {
   if (const auto* const own = std::get_if<Material>(&wanted)) return *own;
   const std::string& name = std::get<std::string>(wanted);
+  if (const Material* material = known_material(name)) return *material;
   std::string known;
-  for (const Material& material : known_materials()) {
-    if (material.name == name) return material;
+  for (const Material& material : known_materials())
     known += known.empty() ? material.name : ", " + material.name;
-  }
   throw Failure("no material is called '" + sanitize_message(name) + "'; known are " + known +
                 ", or make one: kibori.Material(name=..., u=...)");
 }
@@ -37,22 +36,21 @@ uint8_t number_of(Workpiece& piece, const std::optional<MaterialOrName>& wanted)
 
 namespace {
 
-Material make_material(const std::string& name, double u, const py::kwargs& more) {
+Material make_material(const std::string& name, const std::optional<double>& u,
+                       const py::kwargs& more) {
   Material material;
   material.name = name;
-  material.u = u;
+  if (u.has_value() == more.contains("k"))
+    throw py::type_error("a material needs either u or k, its specific cutting force");
+  if (u) material.u = *u;
   for (const auto& [key, value] : more) {
     const auto field = py::cast<std::string>(key);
     if (!set_field(material, field, value, "a material's " + field + " is not of that kind"))
       throw py::type_error("a material has no '" + field + "'; it has " + field_names<Material>());
   }
-  Material::for_fields([&](const FieldInfo&, auto member) {
-    if constexpr (std::is_same_v<MemberType<decltype(member)>, double>)
-      if (!(material.*member >= 0) || !(material.*member < 1e9))
-        throw Failure("a material's numbers are 0 or more");
-  });
+  if (!u) material.u = mean_cutting_energy(material);
   if (name.empty()) throw Failure("a material has a name");
-  if (material.ring > kMaxRing) throw Failure("ring is at most 5");
+  if (const char* fault = fault_of(material)) throw Failure(fault);
   return material;
 }
 
@@ -61,16 +59,35 @@ Material make_material(const std::string& name, double u, const py::kwargs& more
 void bind_materials(py::module_& module) {
   py::class_<Material> material(
       module, "Material",
-      "Material(name, u, kf=..., u_along=0, ring=0, ...): what is carved.\n\n"
-      "u: specific cutting energy [N/mm^2]; u_along: the same along the grain (0: as across);\n"
-      "ring: by what share of u late wood of a ring resists more than early wood (0 to 5);\n"
+      "Material(name, u=..., ...) or Material(name, k=..., m=0, ...): what is carved.\n\n"
+      "u: specific cutting energy [N/mm^2]: the force is u times the section of the chip.\n"
+      "k: specific cutting force [N/mm^(2-m)], one number, or three for wood: a cut through end\n"
+      "grain, along the fibres, across them. The force is k * width * thickness^(1-m).\n"
+      "m: exponent of the thickness of the chip, 0 to below 1 (wood 0.5, metals 0.2 to 0.3).\n"
+      "density: [kg/m^3], for masses; 0: unknown, and mass_g is None.\n"
+      "ring_width: of wood [mm]; axis, pith: the direction of the fibres and a point of the pith\n"
+      "[mm]; unless given, as the shape of the stock has it.\n"
+      "ring: by what share late wood of a ring resists more than early wood (0 to 5);\n"
+      "u_along: u along the grain, where u is that across it (older documents; 0: as across);\n"
       "kf: force of a lattice node [N], of the force model paper; c: viscous part of the force\n"
       "[N s/mm^3], and yield_n: least force that cuts [N], of the force model series;\n"
       "gc: work of a cutter's cut [N/mm]; color: red, green, blue, 0 to 255;\n"
       "plastic: whether a tool presses it aside, as clay.");
-  material.def(py::init(&make_material), py::arg("name"), py::arg("u"));
-  Material::for_fields(
-      [&](const FieldInfo& field, auto member) { material.def_readonly(field.name, member); });
+  material.def(py::init(&make_material), py::arg("name"), py::arg("u") = py::none());
+  Material::for_fields([&](const FieldInfo& field, auto member) {
+    if constexpr (Described<MemberType<decltype(member)>>)
+      MemberType<decltype(member)>::for_fields([&](const FieldInfo& part, auto of_part) {
+        material.def_property_readonly(part.name, [=](const Material& self) {
+          const auto& value = self.*member.*of_part;
+          if constexpr (std::is_same_v<std::decay_t<decltype(value)>, Vec3>)
+            return three(value);
+          else
+            return value;
+        });
+      });
+    else
+      material.def_readonly(field.name, member);
+  });
   material.def("__repr__",
                [](const Material& self) { return "<kibori.Material " + self.name + ">"; });
   module.def(

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Materials by name or by their numbers.
+// Finds materials by name or by their properties.
 #pragma once
 
 #include <optional>
@@ -15,10 +15,10 @@ namespace kibori::python {
 
 using MaterialOrName = std::variant<Material, std::string>;
 
-// Errors: no material is called so.
+// Errors: no material has this name.
 Material material_named(const MaterialOrName& wanted);
-// Its number in the piece's list, where it is put if it is not there; the first where none is
-// wanted.
+// The material's index in the piece's list. Adds it if it is missing. Without a wanted material,
+// returns the first one.
 uint8_t number_of(Workpiece& piece, const std::optional<MaterialOrName>& wanted);
 
 void bind_materials(py::module_& module);

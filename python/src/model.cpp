@@ -39,9 +39,10 @@ Image draw(Workpiece& piece, int width, int height, const std::variant<std::stri
   std::vector<Rgb> colors;
   for (const Material& material : piece.materials()) {
     colors.push_back(material.color);
-    // Rings are seen where they are felt.
+    // Rings are drawn only for materials with a grain.
     options.contrasts.push_back(has_grain(material) ? ring_contrast(material.name) : 0);
   }
+  options.log = log_cut_of(piece.materials());
   return value_of(draw_picture(surface_of(piece.bodies().all, threads), colors, options));
 }
 
@@ -61,7 +62,8 @@ void bind_looking(ModelClass& model) {
           [](Model& self) {
             return self.with([](Workpiece& piece) { return piece.model().volume_mm3(); });
           },
-          "Volume of the active body [mm^3]: the mean of the three fields.")
+          "Volume of the active body [mm^3]; it does not depend on how the body lies on the "
+          "lattice.")
       .def_property_readonly(
           "hash",
           [](Model& self) {
@@ -94,13 +96,15 @@ void bind_looking(ModelClass& model) {
       .def_property_readonly(
           "mass_g",
           [](Model& self) {
-            return self.with([](Workpiece& piece) {
+            return self.with([](Workpiece& piece) -> std::optional<double> {
               std::vector<double> density;
-              for (const Material& m : piece.materials()) density.push_back(density_of(m.name));
-              return mass_of(piece.model().snapshot(), density).mass_g;
+              for (const Material& m : piece.materials()) density.push_back(m.density_kg_m3);
+              const double mass = mass_of(piece.model().snapshot(), density).mass_g;
+              if (mass > 0) return mass;
+              return std::nullopt;
             });
           },
-          "Mass of the active body [g]; 0 where a material's density is not known.")
+          "Mass of the active body [g]; None if the density of one of its materials is unknown.")
       .def(
           "picture",
           [](Model& self, int width, int height, const std::variant<std::string, Three>& view,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What Python's Model is.
+// The class behind Python's Model.
 #pragma once
 
 #include <array>
@@ -14,14 +14,14 @@
 
 namespace kibori::python {
 
-// A piece that any thread may ask: one at a time, and without Python's lock meanwhile.
+// A piece that any thread may use. Calls run one at a time, without Python's lock (GIL).
 class Model {
  public:
   explicit Model(std::unique_ptr<Workpiece> piece) : piece_(std::move(piece)) {}
 
   template <class F>
   auto with(F&& f) {
-    // A signal's handler runs on the thread that carves.
+    // A signal handler runs on the thread that carves.
     if (owner_ == std::this_thread::get_id())
       throw Failure("the model is being carved; ask it when that is done");
     const py::gil_scoped_release no_gil;
@@ -47,7 +47,7 @@ class Model {
 using Shared = std::shared_ptr<Model>;
 using ModelClass = py::class_<Model, Shared>;
 
-// Lattice nodes along x, y and z.
+// The number of lattice nodes along x, y and z.
 std::array<py::ssize_t, 3> shape_of(const Lattice& lattice);
 
 void bind_model(py::module_& module);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The module kibori._kibori: Kibori for Python. python/kibori has what is written in Python.
+// The module kibori._kibori: the C++ part of the Python package in python/kibori.
 #include <cmath>
 #include <exception>
 #include <string_view>
@@ -30,18 +30,19 @@ PYBIND11_MODULE(_kibori, module) {
   module.attr("__version__") = KIBORI_VERSION;
   static PyObject* error_class =
       pybind11::exception<python::Failure>(module, "Error", PyExc_RuntimeError).ptr();
-  pybind11::setattr(error_class, "__doc__",
-                    pybind11::str("What can't be done, in one sentence; all is as it was."));
+  pybind11::setattr(
+      error_class, "__doc__",
+      pybind11::str("An operation that failed, as one sentence. The model is unchanged."));
   pybind11::register_exception_translator([](std::exception_ptr thrown) {
     try {
       if (thrown) std::rethrow_exception(thrown);
     } catch (const python::Failure& failure) {
-      // Names of files need not be UTF-8.
-      const std::string_view said = failure.what();
+      // File names need not be UTF-8.
+      const std::string_view text = failure.what();
       PyErr_SetObject(
           error_class,
           pybind11::reinterpret_steal<pybind11::object>(
-              PyUnicode_DecodeUTF8(said.data(), static_cast<Py_ssize_t>(said.size()), "replace"))
+              PyUnicode_DecodeUTF8(text.data(), static_cast<Py_ssize_t>(text.size()), "replace"))
               .ptr());
     }
   });

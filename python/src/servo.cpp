@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The servo loop in the script's own process: a thread of C++ that never waits for Python.
+// The servo loop in the script's own process: a C++ thread that never waits for Python.
 #include <algorithm>
 #include <mutex>
 
@@ -15,27 +15,27 @@
 namespace kibori::python {
 namespace {
 
-constexpr double kAboveMm = 20;  // where a virtual hand begins
-// How fast it goes to where it wants to be [mm/s]: as a hand does, and not so fast that forces go
-// off.
+constexpr double kAboveMm = 20;  // initial height of a virtual hand
+// Speed of the virtual hand [mm/s]: like a real hand, and slow enough that the force limits do not
+// trip.
 constexpr double kHandSpeed = 300;
 
 struct ServoChoice {
   Tool tool;
   Mode mode = Mode::cut;
   std::string device;
-  std::optional<Pose> at;  // of the virtual hand, in the beginning; none: above the body
+  std::optional<Pose> at;  // initial pose of the virtual hand; none: above the body
   double rate_hz = 1000;
   ForceModel force = ForceModel::series;
   std::optional<double> stiffness_n_mm;  // at the device
   double strength_n = kHandStrengthN, hand_share = kPoweredShare;
-  std::string material;  // of a deposit; empty: the first
+  std::string material;  // to deposit; empty: the first
   bool keep_forces = true;
 };
 
 class Servo {
  public:
-  // Works on the document of the model that lies at `path`.
+  // Carves the document at `path`.
   Servo(const std::filesystem::path& path, BodyId worked_on, const ServoChoice& choice) {
     std::unique_ptr<Document> document = value_of(Document::open(path, Document::Access::write));
     std::unique_ptr<TriDexel> model = value_of(document->load());
@@ -46,7 +46,7 @@ class Servo {
     }
     WorkedBody body = value_of(worked_body(*document->worked_on(), worked_on));
     check_mode(choice.mode, body);
-    no_go_beside_ = body.no_go != nullptr;
+    others_no_go_ = body.no_go != nullptr;
     const Vec3 centre =
         body.pose.to_world(model->lattice().to_mm(model->material_bounds().centre()));
     LiveSettings settings;
@@ -65,20 +65,21 @@ class Servo {
                      Mat3::Identity()};
     std::unique_ptr<Device> device =
         device_of(choice.device, choice.rate_hz, choice.at.value_or(above), centre);
-    // As in the studio: the hand's whole strength is the most that the device can give.
+    // As in the studio, the hand's full strength corresponds to the device's max force.
     const DeviceCapabilities& can = device->capabilities();
     if (!(choice.strength_n > 0 && choice.strength_n < 1e6))
       throw Failure("the strength of a hand is above 0 [N]");
     if (can.dof_out > 0 && can.force_n > 0) settings.force_scale = can.force_n / choice.strength_n;
-    const double bears = 2 * choice.rate_hz * can.damping_ns_mm * (1 - 1e-9);
+    const double max_stable = 2 * choice.rate_hz * can.damping_ns_mm * (1 - 1e-9);
     settings.spring.stiffness_n_mm =
-        choice.stiffness_n_mm.value_or(std::min(can.stiffness_n_mm, bears)) / settings.force_scale;
+        choice.stiffness_n_mm.value_or(std::min(can.stiffness_n_mm, max_stable)) /
+        settings.force_scale;
     settings.spring.strength_n = choice.strength_n;
     settings.spring.hand_share = choice.hand_share;
     published_ = {path.filename().string(), device->capabilities().name, choice.rate_hz,
                   model->lattice(), settings.materials};
     live_ = value_of(LiveCarving::make(std::move(model), std::move(device), settings));
-    live_->context().stand(body);
+    live_->context().set_body(body);
     writer_.emplace(*live_, std::move(document), choice.keep_forces);
     writer_->start();
     live_->start();
@@ -89,9 +90,10 @@ class Servo {
 
   std::string about() const { return about_rows(published_); }
 
-  // Where the virtual hand wants to be.
+  // Sets the virtual hand's target.
   void aim(const Pose& pose) {
-    const std::lock_guard<std::mutex> lock(aiming_);
+    const std::scoped_lock lock(stopping_, aiming_);
+    if (!running_) throw Failure("the servo loop has ended");
     if (!virtual_) throw Failure("a real device is led by its hand");
     aims_.put(pose);
   }
@@ -100,7 +102,7 @@ class Servo {
     if (const Status can = check_tool(tool); !can) throw Failure(can.error());
     const std::lock_guard<std::mutex> lock(stopping_);
     if (!running_) throw Failure("the servo loop has ended");
-    if (no_go_beside_ && reshapes(mode)) throw Failure(kNoReshaping);
+    if (others_no_go_ && reshapes(mode)) throw Failure(kNoReshaping);
     const uint8_t number = number_of(published_.materials, material);
     if (!live_->post([tool, mode, number](ServoContext& context) {
           context.settings().mode = mode;
@@ -111,7 +113,7 @@ class Servo {
       throw Failure("the servo loop has too much to do; wait a moment");
   }
 
-  // The rows since it was last asked.
+  // The rows since the last call.
   std::vector<TickRow> ticks() {
     const std::lock_guard<std::mutex> lock(reading_);
     std::vector<TickRow> rows;
@@ -120,7 +122,7 @@ class Servo {
     return rows;
   }
 
-  // Ends it; all strokes are in the document then.
+  // Ends the loop. The document then contains all strokes.
   void stop() {
     const std::lock_guard<std::mutex> lock(stopping_);
     if (!std::exchange(running_, false)) return;
@@ -130,13 +132,13 @@ class Servo {
     unsaved_ = writer_->settled();
     writer_.reset();
   }
-  // Why the document holds only the beginning, and where the rest is; empty: all is there.
+  // Why the document contains only the beginning, and where the rest is. Empty: it is complete.
   std::string unsaved() {
     const std::lock_guard<std::mutex> lock(stopping_);
     return unsaved_;
   }
 
-  // Of the loop that has ended.
+  // The statistics of the loop, after it has ended.
   ServoStatistics statistics() {
     const std::lock_guard<std::mutex> lock(stopping_);
     if (running_) throw Failure("how the loop kept time is known when it has ended");
@@ -168,17 +170,19 @@ class Servo {
         [this, centre, aim = at, place = at.tip,
          last_s = 0.0](double time_s) mutable -> VirtualDevice::Target {
           aims_.take(aim);
-          const Vec3 way = aim.tip - place;
-          const double most = kHandSpeed * (time_s - last_s);
+          const Vec3 displacement = aim.tip - place;
+          const double max_step = kHandSpeed * (time_s - last_s);
           last_s = time_s;
-          place = way.norm() > most ? Vec3(place + most / way.norm() * way) : aim.tip;
+          place = displacement.norm() > max_step
+                      ? Vec3(place + max_step / displacement.norm() * displacement)
+                      : aim.tip;
           return {place - centre, aim.frame, 0};
         });
   }
 
   std::mutex aiming_, reading_, stopping_;
-  bool virtual_ = false, no_go_beside_ = false;
-  LatestValue<Pose> aims_;  // before the device, which reads it
+  bool virtual_ = false, others_no_go_ = false;
+  LatestValue<Pose> aims_;  // declared before the device, which reads it
   Published published_;
   std::unique_ptr<LiveCarving> live_;
   std::optional<DocumentWriter> writer_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a Model begins as.
+// The stocks that a Model can begin with.
 #include <kibori/scene/stock.h>
 #include <kibori/geometry/label_volume.h>
 
@@ -68,7 +68,7 @@ Shared mesh_arrays(const Doubles& vertices, const py::object& triangles, double 
   return shared(Workpiece::of(std::move(made.model), materials));
 }
 
-// Labels [x, y, z]; 0 is air.
+// Labels [x, y, z]. 0 is air.
 Shared volume(const py::object& given_volume, const Three& voxel, double pitch,
               const std::map<uint16_t, MaterialOrName>& of, const std::optional<double>& room,
               int threads) {
@@ -86,7 +86,7 @@ Shared volume(const py::object& given_volume, const Three& voxel, double pitch,
     if (size < 1 || size > 2048) throw Failure("a volume has 1 to 2048 voxels along each axis");
     volume.size[i] = static_cast<int>(size);
     if (!(volume.voxel_mm[i] > 0) || !(volume.voxel_mm[i] < 1e6))
-      throw Failure("voxels are so many mm: more than 0");
+      throw Failure("the sides of voxels must be more than 0 mm");
   }
   const auto at = labels.unchecked<3>();
   volume.values.reserve(static_cast<size_t>(labels.size()));
@@ -102,7 +102,7 @@ Shared volume(const py::object& given_volume, const Three& voxel, double pitch,
   for (const uint16_t label : known) {
     const auto material = of.find(label);
     if (material == of.end() && !of.empty())
-      throw Failure("materials does not say what label " + std::to_string(label) + " is of");
+      throw Failure("materials has no entry for label " + std::to_string(label) + "");
     materials.push_back(material == of.end() ? material_named(std::string("limewood"))
                                              : material_named(material->second));
   }

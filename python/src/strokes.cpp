@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Tools along paths: what comes of them, as arrays.
+// Moves tools along paths and returns the results as arrays.
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -17,39 +17,40 @@ namespace {
 
 constexpr auto kBetweenSignals = std::chrono::milliseconds(50);
 
-// Strokes are in the world; a piece carves its active body in the body's own coordinates.
+// Strokes are in world coordinates. A workpiece carves its active body in the body's coordinates.
 Pose pose_of_active(Workpiece& piece) { return piece.bodies().find(piece.active())->pose; }
 
-Wrench to_world(const Pose& stands, const Wrench& wrench) {
-  return {stands.frame * wrench.force, stands.frame * wrench.moment};
+Wrench to_world(const Pose& body_pose, const Wrench& wrench) {
+  return {body_pose.frame * wrench.force, body_pose.frame * wrench.moment};
 }
 
-// What the keywords of carve() and stroke() say.
+// The keyword arguments of carve() and stroke().
 struct StrokeChoice {
   StrokeSettings settings;
   std::optional<MaterialOrName> material;
   std::optional<Three> centre;
   std::string label;
 
-  // Of a piece.
+  // Settings for a workpiece.
   StrokeSettings of(Workpiece& piece) const {
     StrokeSettings s = settings;
     s.material = number_of(piece, material);
-    const Pose stands = pose_of_active(piece);
+    const Pose body_pose = pose_of_active(piece);
     const auto to_body = [&](const Vec3& place) -> Vec3 {
-      return stands.frame.transpose() * (place - stands.tip);
+      return body_pose.frame.transpose() * (place - body_pose.tip);
     };
     s.symmetry.centre_mm = centre ? to_body(vec(*centre)) : centre_of(piece.model().lattice());
     s.brush.plane.point_mm = to_body(s.brush.plane.point_mm);
-    s.brush.plane.normal = stands.frame.transpose() * s.brush.plane.normal;
+    s.brush.plane.normal = body_pose.frame.transpose() * s.brush.plane.normal;
     return s;
   }
 };
 
 StrokeChoice choice_of(const Tool& tool, const std::string& mode,
                        const std::optional<MaterialOrName>& material, const std::string& force,
-                       int dof, double rate, const std::string& powered, const std::string& mirror,
-                       int fold, const std::string& axis, const std::optional<Three>& centre,
+                       int dof, double rate, const std::string& powered,
+                       const std::optional<double>& thrust, const std::string& mirror, int fold,
+                       const std::string& axis, const std::optional<Three>& centre,
                        const std::string& crumbs, const py::dict& brush, const std::string& label,
                        const py::dict& spring) {
   StrokeChoice choice;
@@ -62,9 +63,14 @@ StrokeChoice choice_of(const Tool& tool, const std::string& mode,
   s.force.law.model = named<ForceModel>("force model", force);
   if (dof != 5 && dof != 6) throw Failure("dof is 5 or 6");
   s.force.law.dof = dof;
-  if (!(rate > 0) || !(rate <= 1e6)) throw Failure("rate is so many ticks a second, up to 1e6");
+  if (!(rate > 0) || !(rate <= 1e6))
+    throw Failure("rate is the number of ticks per second; it must be above 0, up to 1e6");
   s.rate_hz = rate;
   s.force.law.hand_share = share_of(powered);
+  const bool energy = s.force.law.model == ForceModel::energy;
+  if (thrust && !energy) throw Failure("thrust belongs to force='energy'");
+  if (thrust && !(*thrust >= 0 && *thrust <= kMaxThrust)) throw Failure("thrust is 0 to 3");
+  s.force.law.thrust = energy ? thrust.value_or(kSharpThrust) : 0;
   for (const auto& [key, value] : spring) {
     const auto name = given<std::string>(key, "what a spring has is called by a name");
     const auto number = given<double>(value, "a spring's numbers are numbers");
@@ -112,7 +118,7 @@ std::vector<BodyId> ids_from(Workpiece& piece, BodyId first) {
   return ids;
 }
 
-// A stroke that has begun: all of it is kept, or nothing.
+// A stroke that has begun. Either all of it is kept, or nothing.
 class Begun {
  public:
   Begun(Workpiece& piece, const StrokeChoice& choice, const Pose& start)
@@ -154,19 +160,19 @@ Carved carve(Model& model, const StrokeChoice& choice, const std::vector<Pose>& 
                 *const poses = carved.poses.mutable_data();
   model.with([&](Workpiece& piece) {
     const BodyId next = piece.bodies().next;
-    const Pose stands = pose_of_active(piece);
+    const Pose body_pose = pose_of_active(piece);
     Begun begun(piece, choice, path.front());
-    auto asked = std::chrono::steady_clock::now();
+    auto checked_at = std::chrono::steady_clock::now();
     for (size_t i = 1; i < path.size(); i++) {
-      if (const auto now = std::chrono::steady_clock::now(); now - asked > kBetweenSignals) {
-        asked = now;
+      if (const auto now = std::chrono::steady_clock::now(); now - checked_at > kBetweenSignals) {
+        checked_at = now;
         const py::gil_scoped_acquire gil;
         if (PyErr_CheckSignals() != 0) throw py::error_already_set();
       }
-      Result<ToolTick> done = piece.advance(stands.from_world(path[i]));
+      Result<ToolTick> done = piece.advance(body_pose.from_world(path[i]));
       if (!done) throw Failure("row " + std::to_string(i) + " of the path: " + done.error());
       ToolTick& tick = done.value();
-      const std::array<double, 7> pose = numbers_of(stands.to_world(tick.pose));
+      const std::array<double, 7> pose = numbers_of(body_pose.to_world(tick.pose));
       if (i + 1 == path.size()) {
         const CrumbResult ended = value_of(piece.end(&tick));
         begun.keep();
@@ -175,10 +181,10 @@ Carved carve(Model& model, const StrokeChoice& choice, const std::vector<Pose>& 
       }
       removed[i - 1] = tick.removed_mm3;
       points[i - 1] = tick.points;
-      const Wrench felt = to_world(stands, tick.wrench);
+      const Wrench world = to_world(body_pose, tick.wrench);
       for (int k = 0; k < 3; k++) {
-        force[3 * (i - 1) + static_cast<size_t>(k)] = felt.force[k];
-        moment[3 * (i - 1) + static_cast<size_t>(k)] = felt.moment[k];
+        force[3 * (i - 1) + static_cast<size_t>(k)] = world.force[k];
+        moment[3 * (i - 1) + static_cast<size_t>(k)] = world.moment[k];
       }
       std::copy(pose.begin(), pose.end(), poses + 7 * (i - 1));
     }
@@ -186,40 +192,40 @@ Carved carve(Model& model, const StrokeChoice& choice, const std::vector<Pose>& 
   return carved;
 }
 
-struct Felt {
+struct MoveResult {
   double removed_mm3 = 0;
   int64_t points = 0;
   Three force{}, moment{};
   std::array<double, 7> pose{};
 };
 
-// A stroke that is led pose by pose.
+// A stroke that the caller leads pose by pose.
 class Stroke {
  public:
   Stroke(Shared model, const StrokeChoice& choice, const Pose& start) : model_(std::move(model)) {
     model_->with([&](Workpiece& piece) {
-      stands_ = pose_of_active(piece);
+      body_pose_ = pose_of_active(piece);
       Begun(piece, choice, start).keep();
     });
     open_ = true;
   }
   Stroke(const Stroke&) = delete;
   Stroke& operator=(const Stroke&) = delete;
-  // Left open, it is as if it had not been.
+  // A stroke that was not ended is cancelled.
   ~Stroke() {
     try {
       cancel();
     } catch (const std::exception&) {
-      // Its model is being carved by who let go of it.
+      // Its model is still being carved by the thread that released it.
     }
   }
-  Felt move(const Pose& to) {
+  MoveResult move(const Pose& to) {
     if (!open_) throw Failure("this stroke has ended");
     return model_->with([&](Workpiece& piece) {
-      const ToolTick tick = value_of(piece.advance(stands_.from_world(to)));
-      const Wrench felt = to_world(stands_, tick.wrench);
-      return Felt{tick.removed_mm3, tick.points, three(felt.force), three(felt.moment),
-                  numbers_of(stands_.to_world(tick.pose))};
+      const ToolTick tick = value_of(piece.advance(body_pose_.from_world(to)));
+      const Wrench world = to_world(body_pose_, tick.wrench);
+      return MoveResult{tick.removed_mm3, tick.points, three(world.force), three(world.moment),
+                        numbers_of(body_pose_.to_world(tick.pose))};
     });
   }
   void end() {
@@ -234,7 +240,7 @@ class Stroke {
 
  private:
   Shared model_;
-  Pose stands_;  // the body that it carves
+  Pose body_pose_;  // pose of the body that it carves
   bool open_ = false;
 };
 
@@ -245,11 +251,13 @@ const char* const kAboutCarve =
     "turns the upright tool), mm, in the world, as all that Carved has. N rows give N - 1 "
     "sweeps.\n"
     "mode: cut, deposit, touch, off, or one that reshapes (smooth, rasp, fill, inflate, flatten, "
-    "crease, paint, grab, nudge, twist, bend, pinch, scale, node, press, throw, turn).\n"
+    "crease, paint, grab, nudge, twist, bend, pinch, scale, node, press, throw, turn, trim, "
+    "build).\n"
     "material: name or Material that a deposit puts down.\n"
-    "force: energy (-u dV/|p|), paper (-Kf K) or series (the path is a hand's, and the tool "
-    "hangs "
-    "on its spring); dof: 5 or 6; rate: ticks a second; powered: '', 'motor' or 'press'.\n"
+    "force: energy (the law of the material, averaged over one cell of path), paper (-Kf K) or\n"
+    "series (the path is the hand's, a spring pulls the tool); dof: 5 or 6; rate: ticks per\n"
+    "second; powered: '', 'motor' or 'press'; thrust: of energy, the share of the cutting force\n"
+    "that pushes the edge off (0.3; worn edges more).\n"
     "mirror: planes, letters of 'xyz'; fold, axis: turns about an axis, each of the body's own; "
     "centre: a point of both [mm], in the world, the lattice's middle unless given.\n"
     "crumbs: what becomes of what is severed: stay, sort, fall, body.\n"
@@ -261,8 +269,8 @@ const char* const kAboutCarve =
     "Errors (kibori.Error, ValueError) leave the model as it was. Other Python threads run "
     "meanwhile.";
 
-// Defines a method of Model whose keywords are those of a stroke: f(model, choice of stroke, what
-// `convert` makes of the argument `path_name`).
+// Defines a method of Model with the keyword arguments of a stroke. It calls f(model, choice,
+// result of `convert` for the argument `path_name`).
 template <class Convert, class F>
 void def_stroke(ModelClass& model, const char* name, const char* path_name, Convert convert, F f,
                 const char* about) {
@@ -270,21 +278,22 @@ void def_stroke(ModelClass& model, const char* name, const char* path_name, Conv
       name,
       [=](const Shared& self, const Tool& tool, const Doubles& path, const std::string& mode,
           const std::optional<MaterialOrName>& material, const std::string& force, int dof,
-          double rate, const std::string& powered, const std::string& mirror, int fold,
-          const std::string& axis, const std::optional<Three>& centre, const std::string& crumbs,
-          const py::dict& brush, const std::string& label, const py::dict& spring) {
+          double rate, const std::string& powered, const std::optional<double>& thrust,
+          const std::string& mirror, int fold, const std::string& axis,
+          const std::optional<Three>& centre, const std::string& crumbs, const py::dict& brush,
+          const std::string& label, const py::dict& spring) {
         const auto converted = convert(path);
         const StrokeChoice choice =
-            choice_of(tool, mode, material, force, dof, rate, powered, mirror, fold, axis, centre,
-                      crumbs, brush, label, spring);
+            choice_of(tool, mode, material, force, dof, rate, powered, thrust, mirror, fold, axis,
+                      centre, crumbs, brush, label, spring);
         return f(self, choice, converted);
       },
       py::arg("tool"), py::arg(path_name), py::arg("mode") = "cut",
       py::arg("material") = py::none(), py::kw_only(), py::arg("force") = "energy",
-      py::arg("dof") = 5, py::arg("rate") = 1000.0, py::arg("powered") = "", py::arg("mirror") = "",
-      py::arg("fold") = 1, py::arg("axis") = "z", py::arg("centre") = py::none(),
-      py::arg("crumbs") = "stay", py::arg("brush") = py::dict(), py::arg("label") = "",
-      py::arg("spring") = py::dict(), about);
+      py::arg("dof") = 5, py::arg("rate") = 1000.0, py::arg("powered") = "",
+      py::arg("thrust") = py::none(), py::arg("mirror") = "", py::arg("fold") = 1,
+      py::arg("axis") = "z", py::arg("centre") = py::none(), py::arg("crumbs") = "stay",
+      py::arg("brush") = py::dict(), py::arg("label") = "", py::arg("spring") = py::dict(), about);
 }
 
 }  // namespace
@@ -292,7 +301,7 @@ void def_stroke(ModelClass& model, const char* name, const char* path_name, Conv
 void bind_strokes(py::module_& module, ModelClass& model) {
   py::class_<Carved>(module, "Carved", "What a path came to, sweep by sweep.")
       .def_readonly("removed_mm3", &Carved::removed_mm3,
-                    "[N-1] mm^3, the mean of the three fields; negative where material was added.")
+                    "[N-1] mm^3; negative where material was added.")
       .def_readonly("points", &Carved::points, "[N-1] lattice nodes that were removed or added.")
       .def_readonly("force", &Carved::force, "[N-1, 3] N, on the tool (series: on the hand).")
       .def_readonly("moment", &Carved::moment, "[N-1, 3] N mm, about the tip.")
@@ -301,13 +310,13 @@ void bind_strokes(py::module_& module, ModelClass& model) {
       .def_readonly("fallen_mm3", &Carved::fallen_mm3, "What was severed and fell away.")
       .def_readonly("severed", &Carved::severed, "Numbers of the bodies that were severed.")
       .def("__len__", [](const Carved& carved) { return carved.removed_mm3.size(); });
-  py::class_<Felt>(module, "Tick", "What one move of a stroke came to.")
-      .def_readonly("removed_mm3", &Felt::removed_mm3,
-                    "mm^3, the mean of the three fields; negative where material was added.")
-      .def_readonly("points", &Felt::points, "Lattice nodes that were removed or added.")
-      .def_readonly("force", &Felt::force, "N, on the tool (series: on the hand).")
-      .def_readonly("moment", &Felt::moment, "N mm, about the tip.")
-      .def_readonly("pose", &Felt::pose, "x, y, z [mm] and a quaternion x, y, z, w.");
+  py::class_<MoveResult>(module, "Tick", "What one move of a stroke came to.")
+      .def_readonly("removed_mm3", &MoveResult::removed_mm3,
+                    "mm^3; negative where material was added.")
+      .def_readonly("points", &MoveResult::points, "Lattice nodes that were removed or added.")
+      .def_readonly("force", &MoveResult::force, "N, on the tool (series: on the hand).")
+      .def_readonly("moment", &MoveResult::moment, "N mm, about the tip.")
+      .def_readonly("pose", &MoveResult::pose, "x, y, z [mm] and a quaternion x, y, z, w.");
   py::class_<Stroke>(module, "Stroke", "A stroke that is led pose by pose: see Model.stroke.")
       .def(
           "move", [](Stroke& self, const Doubles& pose) { return self.move(pose_of(pose)); },

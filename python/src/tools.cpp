@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A Python class for each shape of a tool, by the library's own list.
+// A Python class for each tool shape, generated from the library's list.
 #include "python/src/tools.h"
 
 #include <cctype>
@@ -11,7 +11,7 @@
 namespace kibori::python {
 namespace {
 
-// "ball" is Ball.
+// "ball" becomes Ball.
 std::string class_name(const char* shape) {
   std::string name = shape;
   name[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(name[0])));
@@ -34,7 +34,7 @@ void from_python(Number& number, const py::handle& value) {
     number = given<double>(value, "a tool's number is a number");
 }
 
-// Sets what is called so; false: there is no such number.
+// Sets a tool's number by name. Returns false if there is no such number.
 template <class Shape>
 bool set_number(Shape& tool, const std::string& name, const py::handle& value) {
   bool found = false;
@@ -67,7 +67,7 @@ void bind_shape(py::module_& module) {
         module, name.c_str(),
         "A closed triangle mesh as a tool, in tool coordinates [mm]: its tip is the "
         "origin.")
-        .def(py::init([](const Doubles& vertices, const Indices& triangles) {
+        .def(py::init([](const Doubles& vertices, const py::object& triangles) {
                return MeshTool{std::make_shared<TriangleMesh>(mesh_of(vertices, triangles))};
              }),
              py::arg("vertices"), py::arg("triangles"))

@@ -12,7 +12,7 @@ namespace kibori::python {
 
 using Indices = py::array_t<int64_t, py::array::c_style | py::array::forcecast>;
 
-// Errors: other shapes, numbers that are not finite, triangles of vertices that are not there.
+// Errors: other shapes, non-finite numbers, triangles with missing vertices.
 TriangleMesh mesh_of(const Doubles& vertices, const py::object& triangles);
 
 void bind_tools(py::module_& module);

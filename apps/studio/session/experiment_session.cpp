@@ -27,7 +27,7 @@ Result<std::unique_ptr<Session>> ExperimentSession::start(const Scene& scene, do
   experiment->materials_ = scene.materials;
   experiment->stock_material_ = scene.stock.material;
   experiment->rate_hz_ = scene.rate_hz;
-  experiment->begin({Bodies::of(*model.value()), 1}, 0);
+  experiment->begin({BodyList::of(*model.value()), 1}, 0);
   experiment->thread_ =
       std::thread([self = experiment.get(), pace, stock = std::move(model).value()]() mutable {
         const auto began = Clock::now();
@@ -54,11 +54,11 @@ Result<std::unique_ptr<Session>> ExperimentSession::start(const Scene& scene, do
           const auto now = Clock::now();
           if (now - shown >= kSnapshotEvery) {
             shown = now;
-            self->states_.put({Bodies::of(model_now), 1});
+            self->states_.put({BodyList::of(model_now), 1});
           }
           if (pace > 0) {
             const double due_s = static_cast<double>(count) / (pace * self->scene_.rate_hz);
-            // Little by little, so that it can be stopped.
+            // Sleep in short intervals, so that the run can be stopped.
             for (double left_s; !self->stopping_ && (left_s = due_s - seconds_since(began)) > 0;)
               std::this_thread::sleep_for(std::chrono::duration<double>(std::min(left_s, 0.02)));
           }
@@ -66,7 +66,7 @@ Result<std::unique_ptr<Session>> ExperimentSession::start(const Scene& scene, do
         };
         self->outcome_ = carve(self->scene_, std::move(stock), options);
         if (self->outcome_) {
-          const Bodies& bodies = self->outcome_.value().bodies;
+          const BodyList& bodies = self->outcome_.value().bodies;
           self->states_.put({bodies, bodies.all.front().id});
         }
         self->share_ = 1;

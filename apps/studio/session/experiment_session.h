@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A scene that is carved while someone looks: its ticks and the model as they come, and all of it
-// in the end.
+// A scene that is carved while pages watch. It delivers ticks and models as they are made, and the
+// whole result at the end.
 #pragma once
 
 #include <atomic>
@@ -16,30 +16,30 @@ namespace kibori {
 
 class ExperimentSession final : public Session {
  public:
-  // `pace`: 1 is the scene's own time, 0 as fast as it goes. Errors: those of the stock.
+  // `pace`: 1 is the scene's own time, 0 is as fast as possible. Errors: those of the stock.
   static Result<std::unique_ptr<Session>> start(const Scene& scene, double pace);
   ~ExperimentSession() override;
 
   ExperimentSession* experiment() override { return this; }
 
   const Scene& scene() const { return scene_; }
-  // The tool, where it is another since the last call; one thread.
+  // The current tool, if it has changed since the last call. Call on one thread.
   bool next_tool(Tool& tool) { return tools_.take(tool); }
-  // How much is done, 0 to 1.
+  // Progress from 0 to 1.
   double share() const { return share_; }
-  // No more ticks; what was done so far counts.
+  // Stops the run. The ticks so far are kept.
   void cancel() override { stopping_ = true; }
   bool stopped() const { return stopping_; }
-  // Null while it runs; then all its ticks, or what was wrong.
+  // Null while it runs. Then all ticks, or the error.
   const Result<Carving>* outcome() const { return done_ ? &outcome_ : nullptr; }
 
-  // It has no document.
+  // There is no document, so there are no thumbnails and no copies.
   void thumbnail(StepId step, std::function<void(Bytes)> use) override;
   void save_copy(const std::filesystem::path& path, std::function<void(Status)> done) override;
 
  private:
   explicit ExperimentSession(Scene scene) : scene_(std::move(scene)) {}
-  // As of LiveCarving. Whoever falls behind is left out.
+  // As in LiveCarving. A slow caller misses states and ticks.
   bool latest(Shown& shown) override { return states_.take(shown); }
   const Tool* second_tool() const override { return second_tool_; }
   bool next_tick(LiveTick& tick) override { return ticks_.pop(tick); }
@@ -48,7 +48,7 @@ class ExperimentSession final : public Session {
 
   Scene scene_;
   LatestValue<Shown> states_;
-  std::atomic<const Tool*> second_tool_{nullptr};  // of scene_
+  std::atomic<const Tool*> second_tool_{nullptr};  // points into scene_
   SmallQueue<LiveTick, 8192> ticks_;
   LatestValue<Tool> tools_;
   std::atomic<double> share_{0};

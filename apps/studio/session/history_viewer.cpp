@@ -9,8 +9,8 @@
 namespace kibori {
 namespace {
 
-// Where redo goes from a step that is looked at: on the way to the head, or else the newest that
-// follows.
+// The target of redo from a shown step: the next step on the path to the head, else its newest
+// child.
 Result<StepId> after(const Document& document, StepId step) {
   if (const auto path = document.path_to(document.head()); path)
     for (size_t i = 0; i + 1 < path.value().size(); i++)
@@ -23,7 +23,7 @@ Result<StepId> after(const Document& document, StepId step) {
 }  // namespace
 
 Result<std::unique_ptr<Session>> HistoryViewer::make(std::unique_ptr<Document> document,
-                                                     Bodies at_head, const std::string& notice) {
+                                                     BodyList at_head, const std::string& notice) {
   std::unique_ptr<HistoryViewer> viewer(new HistoryViewer);
   viewer->name_ = document->name();
   viewer->materials_ = document_materials(*document);
@@ -51,7 +51,7 @@ Result<std::unique_ptr<Session>> HistoryViewer::at_last_whole(const std::filesys
   if (!whole) return Error{whole.error()};
   auto document = Document::open(file, Document::Access::read);
   if (!document) return Error{document.error()};
-  if (const Status there = document.value()->stand_at(whole.value()); !there)
+  if (const Status there = document.value()->view_step(whole.value()); !there)
     return Error{there.error()};
   auto bodies = document.value()->load_bodies(whole.value());
   if (!bodies) return Error{bodies.error()};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A document that is only looked at: it goes to any step, and changes nothing.
+// A document that is open read-only. The user can go to any step.
 #pragma once
 
 #include <optional>
@@ -10,10 +10,10 @@ namespace kibori {
 
 class HistoryViewer final : public Session {
  public:
-  // `notice`: what the person is told first.
-  static Result<std::unique_ptr<Session>> make(std::unique_ptr<Document> document, Bodies at_head,
+  // `notice` is the first sentence for the user.
+  static Result<std::unique_ptr<Session>> make(std::unique_ptr<Document> document, BodyList at_head,
                                                const std::string& notice);
-  // At the last step that is whole, of a document whose head is not; `why`: what is damaged.
+  // Opens a document with a damaged head at its last undamaged step. `why` says what is damaged.
   static Result<std::unique_ptr<Session>> at_last_whole(const std::filesystem::path& file,
                                                         std::unique_ptr<Document> damaged,
                                                         const std::string& why);
@@ -31,7 +31,7 @@ class HistoryViewer final : public Session {
   void update_history() override;
 
   std::unique_ptr<Document> document_;
-  std::optional<Bodies> fresh_;  // that follow() has not seen yet
+  std::optional<BodyList> fresh_;  // not yet delivered to follow()
 };
 
 }  // namespace kibori

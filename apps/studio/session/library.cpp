@@ -15,8 +15,7 @@ namespace fs = std::filesystem;
 
 constexpr size_t kMaxListed = 200, kMaxLetters = 100;
 
-// What is left of a name when it is to be a file's: no folders, nothing hidden, no control
-// characters.
+// Makes a name safe as a file name: no folders, no leading dot, no control characters.
 std::string file_name_of(const std::string& name) {
   std::string kept;
   for (const char c : name) {
@@ -24,7 +23,7 @@ std::string file_name_of(const std::string& name) {
     if ((kept.empty() && (c == '.' || c == ' ')) || kept.size() >= kMaxLetters) continue;
     kept += c;
   }
-  // Not in the middle of a letter.
+  // Do not cut within a UTF-8 character.
   while (kept.size() >= kMaxLetters && (static_cast<unsigned char>(kept.back()) & 0xc0) == 0x80)
     kept.pop_back();
   if (kept.size() >= kMaxLetters && static_cast<unsigned char>(kept.back()) >= 0xc0)
@@ -87,7 +86,7 @@ Result<fs::path> Library::place_for(const std::string& name) const {
   if (folder_.empty())
     return Error{
         "there is no home folder to keep documents in; name one: kibori studio FILE.kibori"};
-  // What is carved is its owner's to show.
+  // Only the owner may read the folder.
   if (fs::create_directories(folder_, failed))
     fs::permissions(folder_, fs::perms::owner_all, failed);
   if (failed)

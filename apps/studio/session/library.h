@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The folder of somebody's documents, by their names. Names may come from anywhere: none leads out
-// of the folder.
+// The folder of a user's documents, by name. Names may come from anywhere. No name leads out of the
+// folder.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@ namespace kibori {
 class Library {
  public:
   explicit Library(std::filesystem::path folder) : folder_(std::move(folder)) {}
-  // ~/.local/share/kibori, or where XDG_DATA_HOME says. Error: there is no home.
+  // ~/.local/share/kibori, or the folder in XDG_DATA_HOME. Error: there is no home folder.
   static Result<Library> of_user();
 
   struct Entry {
@@ -24,15 +24,15 @@ class Library {
     int64_t changed_s = 0;  // since 1970
     uint64_t bytes = 0;
   };
-  // Newest first, at most 200; empty where there is no such folder.
+  // Newest first, at most 200. Empty if the folder does not exist.
   std::vector<Entry> list() const;
-  // Of a document that is there. Errors: there is none of that name.
+  // The path of an existing document. Errors: no document has this name.
   Result<std::filesystem::path> find(const std::string& name) const;
-  // For a new document, in the folder, which is made if need be: NAME, or NAME 2 and so on where
-  // that is taken; without a name, the time. What a file's name can't hold is left out. Errors: the
-  // folder.
+  // The path of a new document: NAME, or NAME 2 and so on if it exists. An empty name becomes the
+  // time. Characters that a file name cannot contain are removed. Creates the folder if needed.
+  // Errors: the folder cannot be created.
   Result<std::filesystem::path> place_for(const std::string& name) const;
-  // A small picture of a document (PNG); empty if it has none, or can't be read.
+  // A small picture of a document (PNG). Empty if it has none or cannot be read.
   Bytes thumbnail(const std::string& name) const;
 
  private:

@@ -2,18 +2,19 @@
 #include "apps/studio/session/live_session.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <iterator>
 #include <limits>
 #include <numbers>
 #include <string>
+#include <thread>
 #include <utility>
 #include <variant>
 
-#include <nlohmann/json.hpp>
-
 #include <kibori/base/check.h>
+#include <kibori/base/json.h>
 #include <kibori/base/tolerances.h>
 #include <kibori/run/documents.h>
 #include <kibori/scene/stamp.h>
@@ -26,50 +27,50 @@
 namespace kibori {
 namespace {
 
-// A brush goes as far around as the tool is wide, and half as far again; and not so small that it
-// meets hardly a ray, nor so large that a dab takes long.
+// The default brush radius: 1.5 tool radii. The minimum covers enough rays. The maximum limits the
+// time of a dab.
 double brush_radius_mm(const Tool& tool, double pitch_mm) {
   return std::clamp(1.5 * tool_radius_mm(tool), 6 * pitch_mm, 48 * pitch_mm);
 }
 
 constexpr double kMinStrengthN = 20, kMaxStrengthN = 1000;
-// Beyond so many things that wait for a stroke's end, more are refused.
+// Max number of commands that wait for the end of a stroke. More are refused.
 constexpr size_t kMaxLater = 4096;
-// With a device a stroke ends when it has not cut for so long.
+// With a device, a stroke ends after this time without cutting [s].
 constexpr double kDeviceIdleS = 0.3;
 constexpr double kMinReach = 0.1, kMaxReach = 20;
-// Fingers shape a spline as they would potter's clay [N/mm^2], which yields at some 20 kPa,
-// whatever it is cut into: no finger could push it through wood.
+// The specific energy of potter's clay [N/mm^2], which yields at about 20 kPa. Splines use it in
+// every material, because no finger could push one through wood.
 constexpr double kKneadedU = 0.02;
 constexpr int kPreviewThreads = 2;
-// How exactly a spline's forces are taken [cells]: they are a sum over its surface.
+// Tolerance of the mesh for a spline's forces [cells]. They are a sum over its surface.
 constexpr double kForceTolerance = 0.25;
 
-// s: the hand's whole strength is the most that the device can give. Without force nothing is felt,
-// and s is of no matter.
-double felt_share(const DeviceCapabilities& device, double strength_n) {
+// Returns the share of the wood's force that the device renders. The device's max force corresponds
+// to the hand's full strength. Without a force device the share is 1.
+double force_share(const DeviceCapabilities& device, double strength_n) {
   return device.dof_out > 0 && device.force_n > 0 ? device.force_n / strength_n : 1;
 }
 
-// A device as it holds a tool over a stock of that size.
+// The state of a device that holds a tool over a stock of this size.
 HapticDeviceState held_by(const DeviceCapabilities& can, const Vec3& size_mm, double rate_hz,
                           double strength_n) {
   HapticDeviceState held;
   held.name = can.name;
   held.force_n = can.dof_out > 0 ? can.force_n : 0;
-  // The hand's workspace spans the stock, where that is known.
+  // The device's workspace spans the stock if its size is known.
   const Box& hand = can.workspace_mm;
   if (hand.max.x() > hand.min.x())
     held.scale =
         std::clamp(size_mm.maxCoeff() / (hand.max - hand.min).maxCoeff(), kMinReach, kMaxReach);
-  // What the device can bear: k T/2 within its damping, whichever way it is rounded.
+  // The max stiffness that the device can render: k T/2 equals its damping, less a rounding margin.
   held.max_n_mm = 2 * rate_hz * can.damping_ns_mm * (1 - 1e-9);
   held.stiffness_n_mm = std::min(can.stiffness_n_mm, held.max_n_mm);
-  held.share = felt_share(can, strength_n);
+  held.share = force_share(can, strength_n);
   return held;
 }
 
-// A hand that goes about over the stock and dips into it now and then.
+// A simulated hand that moves over the stock and sometimes dips into it.
 std::unique_ptr<Device> simulated_hand(const Vec3& size_mm, double rate_hz) {
   return std::make_unique<VirtualDevice>(
       wristed_hand("a simulated hand", rate_hz), [size_mm](double t) -> VirtualDevice::Target {
@@ -81,8 +82,8 @@ std::unique_ptr<Device> simulated_hand(const Vec3& size_mm, double rate_hz) {
 
 }  // namespace
 
-// A pointer's hand, or what `name` opens: a device that holds a tool over the stock. `hand` and
-// `held` are set for it.
+// Opens a device that holds a tool over the stock, or a pointer if `name` is empty. Sets up
+// `settings` and `hand` for it.
 Result<std::unique_ptr<Device>> LiveSession::open_hand(const std::string& name,
                                                        const Box& material_mm,
                                                        ServoHandSettings& settings,
@@ -101,15 +102,15 @@ Result<std::unique_ptr<Device>> LiveSession::open_hand(const std::string& name,
   settings.spring.stiffness_n_mm = held.stiffness_n_mm / (held.share * held.scale);
   Vec3 top = material_mm.centre();
   top.z() = material_mm.max.z();
-  // The second button is the clutch: as one lifts a mouse.
+  // The second button is the clutch, like lifting a mouse.
   settings.workspace = Workspace(top, held.scale, 1);
   return opened;
 }
 
-// Takes tool, materials and strength of the scene; both hands begin alike.
+// Takes tool, materials and strength from the scene. Both hands begin with the same settings.
 LiveSettings LiveSession::take_scene(const Scene& scene) {
   materials_ = scene.materials;
-  // A document may name one that the materials of its last stroke don't hold.
+  // A document's stock material may be missing from its last stroke's materials.
   if (scene.stock.material < scene.materials.size()) stock_material_ = scene.stock.material;
   if (scene.force.series() && scene.force.spring.strength_n > 0)
     hand_.strength_n = std::clamp(scene.force.spring.strength_n, kMinStrengthN, kMaxStrengthN);
@@ -119,7 +120,7 @@ LiveSettings LiveSession::take_scene(const Scene& scene) {
   settings.materials = scene.materials;
   settings.mode = Mode::off;
   settings.log = settings.watched = true;
-  settings.snapshot_ticks = 4;                                // who looks sees what was cut soon
+  settings.snapshot_ticks = 4;                                // viewers see cuts soon
   settings.idle_s = std::numeric_limits<double>::infinity();  // a press is a stroke
   settings.spring.strength_n = hand_.strength_n;
   settings.spring.stiffness_n_mm = hand_.strength_n / kHandGiveMm;
@@ -162,7 +163,7 @@ Result<std::unique_ptr<Session>> LiveSession::make(std::unique_ptr<Document> doc
   const BodyId active = document->active();
   Result<WorkedBody> worked_on = worked_body(*document->worked_on(), active);
   if (!worked_on) return Error{worked_on.error()};
-  session->live_->context().stand(worked_on.value());
+  session->live_->context().set_body(worked_on.value());
   session->carved_ = session->live_->context().model().snapshot();
   session->carved_body_ = active;
   session->listed_ = *document->worked_on();
@@ -184,14 +185,21 @@ void LiveSession::tick() {
 
 std::string LiveSession::close_document() {
   if (!live_ || !writer_) return {};
+  // A tool that is behind the pointer first follows the rest of its path. A document writer with a
+  // write error may never answer, so the loop does not wait for it.
+  lift_both();
+  while (!stepped_ && !later_.empty() && (writer_->idle() || writer_->write_error().empty())) {
+    resume();
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
   live_->stop();
-  live_->context().finish_stroke();  // of who was stepped
+  live_->context().finish_stroke();  // for a stepped session
   writer_->stop();
   Document& document = writer_->document();
-  // A picture that can't be drawn is no loss.
-  if (const Bodies* const bodies = document.worked_on())
+  // Ignore a picture that cannot be drawn.
+  if (const BodyList* const bodies = document.worked_on())
     static_cast<void>(
-        kibori::keep_thumbnail(document, document.head(), Bodies(*bodies), materials_, 1));
+        kibori::keep_thumbnail(document, document.head(), BodyList(*bodies), materials_, 1));
   std::string where = writer_->settled();
   later_.clear();
   for (SessionHand& hand : hands_) hand.close();
@@ -201,10 +209,10 @@ std::string LiveSession::close_document() {
 }
 
 Status LiveSession::post(std::function<void(ServoContext&)> command) {
-  if (!live_) return Error{"this is closed"};
+  if (!live_) return Error{"the document is closed; open it again"};
   if (later_.size() >= kMaxLater) return Error{"the servo is busy; try again"};
   later_.push_back({[this, command = std::move(command)] { return live_->post(command); }});
-  go_on();
+  resume();
   return Ok{};
 }
 
@@ -213,28 +221,28 @@ void LiveSession::then(std::function<void()> what) {
     what();
     return true;
   }});
-  go_on();
+  resume();
 }
 
-void LiveSession::go_on() {
+void LiveSession::resume() {
   for (const SessionHand& hand : hands_)
     if (hand.pointer) hand.pointer->pump();
   while (!later_.empty()) {
-    // What was asked of the document comes first: until then the material is only felt.
+    // Waits until the document writer has answered all requests. Until then the tool does not cut.
     if (!writer_->idle()) return;
     if (!later_.front().run()) return;
     later_.pop_front();
   }
 }
 
-// ---- A pointer
+// ---- Pointer
 
 void LiveSession::aim(const Vec3& tip_mm, const Vec3& axis, double time_s) {
   first_.aim(tip_mm, axis, time_s);
 }
 
 void LiveSession::turn(double roll_rad) {
-  // Turned so many times is not turned, and the sine of a large number is no sine.
+  // Reduce the angle. Full turns have no effect, and the sine of a large number is inexact.
   if (std::isfinite(roll_rad)) first_.roll_rad = std::remainder(roll_rad, 2 * std::numbers::pi);
 }
 
@@ -244,7 +252,7 @@ Status LiveSession::can_work(Mode mode) const {
                  (!body.visible ? " is hidden: show it first"
                   : body.locked ? " is locked: unlock it first"
                                 : " is no-go: allow cuts in it first") +
-                 ", or take up another body"};
+                 ", or choose another body"};
   const std::vector<Body>& all = bodies().all;
   const bool protects = std::any_of(all.begin(), all.end(), [&](const Body& other) {
     return other.no_go && other.id != active();
@@ -252,13 +260,13 @@ Status LiveSession::can_work(Mode mode) const {
   return check_modes(mode, std::nullopt, protects);
 }
 
-void LiveSession::press(const Vec3& tip_mm, const Vec3& axis, Mode asked, double time_s) {
+void LiveSession::press(const Vec3& tip_mm, const Vec3& axis, Mode requested, double time_s) {
   lift();
   if (!first_.pointer) return;
-  const Mode mode = mode_in(materials_[stock_material_], asked);
+  const Mode mode = mode_in(materials_[stock_material_], requested);
   if (const Status can = can_work(mode); !can) return notify(can);
   StrokeGuideSettings guide = guide_;
-  // What a warp or the wheel drags goes where the hand does.
+  // A warp or the wheel follows the hand itself, without a guide.
   if (warps(mode) || on_wheel(mode)) guide = {};
   guide.lead &= !reshapes(mode) || mode == Mode::press;  // a brush has no edge
   guide.stamp &= mode == Mode::cut || mode == Mode::touch;
@@ -293,7 +301,7 @@ void LiveSession::strike() {
   if (first_.pressed() || held()) notify(post([](ServoContext& live) { live.strike(kMalletNmm); }));
 }
 
-// ---- The second hand
+// ---- Second hand
 
 Status LiveSession::choose_second(const Tool& tool, Mode mode, const Lead& lead) {
   if (const Status can = check_modes(Mode::cut, mode, false); !can) return can;
@@ -313,7 +321,7 @@ Status LiveSession::choose_second(const Tool& tool, Mode mode, const Lead& lead)
   return posted;
 }
 
-// The first hand's, but for how its own tool leads; it holds no stamp.
+// The first hand's guide with the second tool's lead settings. The second hand holds no stamp.
 StrokeGuideSettings LiveSession::second_guide(const Lead& lead) const {
   StrokeGuideSettings guide = guide_;
   guide.lead = lead.leads;
@@ -344,7 +352,7 @@ void LiveSession::press_second(const Vec3& tip_mm, const Vec3& axis, double time
   };
   later_.push_back({[this, begin] { return live_->post_within_stroke(begin); }});
   second_.press(*pose, time_s);
-  go_on();
+  resume();
 }
 
 void LiveSession::lift_second() {
@@ -354,14 +362,14 @@ void LiveSession::lift_second() {
     return pointer->finished() >= stroke &&
            live_->post_within_stroke([=](ServoContext&) { pointer->give_up(stroke); });
   }});
-  go_on();
+  resume();
 }
 
-// ---- A force device
+// ---- Force device
 
-void LiveSession::work(Mode asked) {
+void LiveSession::work(Mode requested) {
   if (!held()) return;
-  const Mode mode = mode_in(materials_[stock_material_], asked);
+  const Mode mode = mode_in(materials_[stock_material_], requested);
   notify(post([mode, brush = brush_of(mode)](ServoContext& live) {
     live.settings().mode = mode;
     live.settings().brush = brush;
@@ -394,19 +402,18 @@ Status LiveSession::choose_reach(double scale) {
 
 void LiveSession::cancel() {
   if (!live_) return;
-  live_->cancel_stroke();
   volume_known_ = false;
-  std::vector<std::pair<PointerDevice*, uint32_t>> pressed;  // what is left of their paths is void
+  // The tool does not follow the rest of the pointers' paths. This includes strokes that are lifted
+  // and wait for the tool.
+  std::vector<std::pair<PointerDevice*, uint32_t>> paths;
   for (const SessionHand& hand : hands_)
-    if (hand.pressed()) pressed.emplace_back(hand.pointer, hand.stroke());
-  if (pressed.empty()) return;
-  const bool first = first_.pressed();
-  lift_both();
-  if (!live_->post([pressed, first](ServoContext& live) {
-        if (first) live.settings().mode = Mode::off;
-        for (const auto& [pointer, stroke] : pressed) pointer->give_up(stroke);
+    if (hand.pointer) paths.emplace_back(hand.pointer, hand.stroke());
+  if (!live_->cancel_stroke([paths, lifts = !held()](ServoContext& live) {
+        if (lifts) live.settings().mode = Mode::off;
+        for (const auto& [pointer, stroke] : paths) pointer->give_up(stroke);
       }))
     notify(Error{"the servo is busy; try again"});
+  lift_both();
 }
 
 void LiveSession::undo() {
@@ -426,11 +433,13 @@ void LiveSession::go(StepId step) {
 
 Status LiveSession::fits_hand(const Tool& tool) const {
   if (Status fits = check_tool(tool); !fits) return fits;
-  // What the servo can sweep within a tick, and no farther than float32 can tell.
+  // The limits of the servo's time per tick, and of the reach that float32 resolves.
   const auto* mesh = std::get_if<MeshTool>(&tool);
   if ((mesh && mesh->mesh->triangles.size() > kMaxStampTriangles) ||
       !(reach_mm(tool) <= kMaxToolReach * lattice_.pitch_mm))
-    return Error{std::string("a hand can't hold that ") + shape_of(tool)};
+    return Error{
+        std::string("a hand can't hold this ") + shape_of(tool) +
+        ": it is too long for the pitch or has too many triangles; use a smaller or simpler one"};
   return Ok{};
 }
 
@@ -451,19 +460,20 @@ Status LiveSession::choose_hand(const Hand& hand) {
   if (!(hand.strength_n >= kMinStrengthN && hand.strength_n <= kMaxStrengthN))
     return Error{"the strength must be 20 to 1000 N"};
   if (!(hand.stiffness_n_mm == 0 || (hand.stiffness_n_mm >= 0.01 && hand.stiffness_n_mm <= 10000)))
-    return Error{"the stiffness must be 0.01 to 10000 N/mm, or 0 for what suits"};
+    return Error{"the stiffness must be 0.01 to 10000 N/mm, or 0 for the default"};
   if (held() && hand.stiffness_n_mm > first_.held->max_n_mm) {
     char text[200];
-    std::snprintf(text, sizeof text, "%s bears a stiffness of %.3g N/mm at most",
+    std::snprintf(text, sizeof text,
+                  "%s supports a stiffness of at most %.3g N/mm; choose a lower one",
                   first_.held->name.c_str(), first_.held->max_n_mm);
     return Error{text};
   }
   return give_hand(hand, held() ? first_.held->scale : 1);
 }
 
-// The hand as the servo's spring has it: by a pointer as stiff as it is strong; by a device as
-// stiff as that renders, at the wood, where a mm of the hand is `reach` mm and a newton of the wood
-// `share` of one.
+// Sets the servo's spring for the hand. With a pointer, the stiffness is proportional to the
+// strength. With a device, it is the rendered stiffness at the wood: one mm of the hand is `reach`
+// mm, and one newton of the wood is `share` N at the hand.
 Status LiveSession::give_hand(const Hand& hand, double reach) {
   double stiffness = hand.stiffness_n_mm > 0 ? hand.stiffness_n_mm : hand.strength_n / kHandGiveMm,
          share = 1;
@@ -472,14 +482,14 @@ Status LiveSession::give_hand(const Hand& hand, double reach) {
     first_.held->stiffness_n_mm = hand.stiffness_n_mm > 0 ? hand.stiffness_n_mm : default_n_mm_;
     stiffness = first_.held->stiffness_n_mm / (share * reach);
   }
-  Status posted = post([=, strength = hand.strength_n, borne = hand.share,
+  Status posted = post([=, strength = hand.strength_n, supported = hand.share,
                         moved = held() && reach != first_.held->scale,
                         pointer = second_.pointer != nullptr](ServoContext& live) {
     live.settings().workspace.set_scale(reach);
-    live.set_hand(stiffness, strength, borne, share);
+    live.set_hand(stiffness, strength, supported, share);
     if (pointer) {
       SeriesSpring spring = spring_of_hand(strength);
-      spring.hand_share = borne;
+      spring.hand_share = supported;
       spring.tick_s = live.second()->settings().spring.tick_s;
       live.second()->set_spring(spring, 1);
     }
@@ -502,14 +512,14 @@ Brush LiveSession::brush_of(Mode mode) const {
   }
   Brush brush;
   brush.radius_mm = brush_radius_mm(tool_, lattice_.pitch_mm);
-  brush.strength = 1;  // an edge goes in a stroke or two
+  brush.strength = 1;  // one or two strokes smooth an edge
   return brush;
 }
 
 Status LiveSession::choose_brush(const Brush& brush) {
   if (Status fits = check_brush_of(Mode::inflate, brush); !fits) return fits;
   if (!(brush.radius_mm <= kMaxToolReach * lattice_.pitch_mm))
-    return Error{"that brush is too large for this pitch"};
+    return Error{"this brush is too large for the pitch; use a smaller one"};
   brush_ = brush;
   if (!held()) return Ok{};
   return post([brush](ServoContext& live) {
@@ -520,7 +530,7 @@ Status LiveSession::choose_brush(const Brush& brush) {
 }
 
 Status LiveSession::choose_material(size_t material) {
-  if (material >= materials_.size()) return Error{"there is no such material"};
+  if (material >= materials_.size()) return Error{"there is no such material; reload the page"};
   return post([number = static_cast<uint8_t>(material)](ServoContext& live) {
     live.settings().material = live.second()->settings().material = number;
   });
@@ -560,8 +570,8 @@ void LiveSession::revise(StepId step, StepId head, const BodyAction& action) {
 
 Result<std::vector<Vec3>> LiveSession::preview(const BodyAction& action) {
   lift_both();
-  // As the document has them, with what the tool carved since.
-  Bodies would = listed_;
+  // The document's bodies, with the tool's cuts since then.
+  BodyList would = listed_;
   if (Body* const body = would.find(carved_body_)) body->model = carved_;
   const Result<BodyChange> done = apply(would, action, kPreviewThreads);
   if (!done) return Error{done.error()};
@@ -587,7 +597,7 @@ Result<std::vector<Vec3>> LiveSession::preview(const BodyAction& action) {
 
 void LiveSession::end_preview() {
   if (!previewed_) return;
-  // What was made beside the model goes back there.
+  // Return the memory that the preview's models allocated.
   for (Body& body : previewed_->all) body.model.drop_shared();
   previewed_.reset();
   last_previewed_.reset();
@@ -604,7 +614,7 @@ void LiveSession::last_spline(std::function<void(std::string)> use) {
       if (!action || !std::holds_alternative<BodySpline>(action.value().verb)) continue;
       nlohmann::json found{
           {"step", at}, {"parent", steps.at(at).parent}, {"head", document.head()}};
-      found["action"] = nlohmann::json::parse(action_to_json(action.value()));
+      found["action"] = parse_json(action_to_json(action.value()));
       return use(found.dump());
     }
     use({});
@@ -618,7 +628,7 @@ void LiveSession::choose_body(BodyId body) {
 }
 
 bool LiveSession::latest(Shown& shown) {
-  go_on();
+  resume();
   if (live_ && live_->latest(carved_, carved_body_)) {
     end_preview();
     shown_before_ = false;
@@ -632,7 +642,7 @@ bool LiveSession::latest(Shown& shown) {
   shown = {listed_, carved_body_};
   if (Body* const body = shown.bodies.find(carved_body_))
     body->model = carved_;
-  else  // the servo is not told yet
+  else  // the servo does not have it yet
     shown.active = shown.bodies.all.front().id;
   return true;
 }
@@ -640,6 +650,7 @@ bool LiveSession::latest(Shown& shown) {
 bool LiveSession::next_tick(LiveTick& tick) {
   if (!live_ || !live_->next_tick(tick)) return false;
   inside_ = tick.inside;
+  pending_s_ = static_cast<double>(tick.pending) / rate_hz_;
   first_.note(tick);
   if (tick.second) second_.note(*tick.second);
   return true;
@@ -647,53 +658,53 @@ bool LiveSession::next_tick(LiveTick& tick) {
 
 void LiveSession::update_history() {
   if (!writer_) return;
-  if (!asked_.exchange(true))
+  if (!refresh_requested_.exchange(true))
     writer_->with([this](Document& document) {
-      const std::lock_guard<std::mutex> lock(told_mutex_);
-      HistoryState& now = told_.history;
+      const std::lock_guard<std::mutex> lock(changes_mutex_);
+      HistoryState& now = changes_.history;
       now.step = document.head();
       now.steps = document.steps().size();
       now.undo = document.before_head().ok();
       now.redo = document.after_head().ok();
       now.hash = document.steps().at(now.step).hash;
-      if (const Bodies* const bodies = document.worked_on();
-          bodies && std::exchange(told_bodies_of_, now.step) != now.step)
-        told_.bodies = *bodies;
+      if (const BodyList* const bodies = document.worked_on();
+          bodies && std::exchange(sent_bodies_of_, now.step) != now.step)
+        changes_.bodies = *bodies;
       const auto& steps = document.steps();
-      for (auto at = steps.upper_bound(last_told_); at != steps.end(); ++at) {
-        // One that is being made may still be left off.
+      for (auto at = steps.upper_bound(last_sent_); at != steps.end(); ++at) {
+        // An unfinished step may still be discarded.
         if (!at->second.finished && document.in_stroke() && std::next(at) == steps.end()) break;
-        last_told_ = at->first;
-        told_.steps.push_back(past_.of(document, at->second));
+        last_sent_ = at->first;
+        changes_.steps.push_back(past_.of(document, at->second));
       }
-      told_.versions = document.versions();
-      told_.fresh = true;
-      asked_ = false;
+      changes_.versions = document.versions();
+      changes_.fresh = true;
+      refresh_requested_ = false;
     });
   {
-    const std::lock_guard<std::mutex> lock(told_mutex_);
-    if (std::exchange(told_.fresh, false)) {
-      // Going back and forth is no cutting: the volume is then counted again.
-      if (told_.history.step != history_.step && !pressed()) volume_known_ = false;
-      history_ = told_.history;
-      steps_.insert(steps_.end(), told_.steps.begin(), told_.steps.end());
-      told_.steps.clear();
-      versions_ = told_.versions;
-      if (told_.bodies) {
-        listed_ = *std::exchange(told_.bodies, std::nullopt);
+    const std::lock_guard<std::mutex> lock(changes_mutex_);
+    if (std::exchange(changes_.fresh, false)) {
+      // Undo and redo are not cuts, so count the volume again.
+      if (changes_.history.step != history_.step && !pressed()) volume_known_ = false;
+      history_ = changes_.history;
+      steps_.insert(steps_.end(), changes_.steps.begin(), changes_.steps.end());
+      changes_.steps.clear();
+      versions_ = changes_.versions;
+      if (changes_.bodies) {
+        listed_ = *std::exchange(changes_.bodies, std::nullopt);
         shown_before_ = false;
       }
     }
   }
-  history_.trouble = writer_->trouble();
+  history_.write_error = writer_->write_error();
 }
 
 void LiveSession::name_version(const std::string& name) {
   if (!writer_) return;
   writer_->with([this, name](Document& document) {
     if (const Status named = document.name_version(name, document.head()); !named) {
-      const std::lock_guard<std::mutex> lock(told_mutex_);
-      told_.notice = named.error();
+      const std::lock_guard<std::mutex> lock(changes_mutex_);
+      changes_.notice = named.error();
     }
   });
 }
@@ -703,15 +714,15 @@ std::string LiveSession::notice() {
   if (!writer_) return {};
   std::string text = writer_->notice();
   if (!text.empty()) {
-    end_preview();  // it may be of what can't be done
+    end_preview();  // the previewed action may be the one that failed
     return text;
   }
-  const std::lock_guard<std::mutex> lock(told_mutex_);
-  return std::exchange(told_.notice, {});
+  const std::lock_guard<std::mutex> lock(changes_mutex_);
+  return std::exchange(changes_.notice, {});
 }
 
 void LiveSession::keep_thumbnail(StepId step, Bytes png) {
-  // A step that is gone needs none.
+  // Ignore an error: a step that no longer exists needs no picture.
   if (writer_)
     writer_->with([step, png = std::move(png)](Document& document) {
       static_cast<void>(document.set_thumbnail(step, png));
@@ -727,7 +738,7 @@ void LiveSession::thumbnail(StepId step, std::function<void(Bytes)> use) {
 }
 
 void LiveSession::save_copy(const std::filesystem::path& path, std::function<void(Status)> done) {
-  if (!writer_) return done(Error{"this is closed"});
+  if (!writer_) return done(Error{"the document is closed; open it again"});
   writer_->with(
       [path, done = std::move(done)](Document& document) { done(document.save_copy(path)); });
 }

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-// A document that a hand carves in by a pointer or a force device.
+// A document that a user carves with a pointer or a force device.
 //
 //   owner's thread:  aim, press, lift, undo ─► PointerDevice, commands ─► servo (LiveCarving)
 //                    follow()  ◄─ snapshots, ticks                                   │ log
-//                    history() ◄─ where the document stands ◄── the document writer ◄┘
+//                    history() ◄─ the document's state ◄───── the document writer ◄──┘
 //
-// The servo and the document writer have threads of their own.
+// The servo and the document writer have their own threads.
 #pragma once
 
 #include <array>
@@ -22,112 +22,113 @@
 
 namespace kibori {
 
-// A blow of the mallet [N mm]: 3 J, a tap of a carver's mallet of half a kilogram at 3.5 m/s.
+// The work of a mallet's blow [N mm]: 3 J, a tap with a half-kilogram mallet at 3.5 m/s.
 inline constexpr double kMalletNmm = 3000;
 
 class LiveSession final : public Session {
  public:
   // The hand that pushes the tool.
   struct Hand {
-    double strength_n = kHandStrengthN;  // S: it pushes with this at most
-    // Between hand and tool; 0: what suits a pointer, or the device.
+    double strength_n = kHandStrengthN;  // S: the max force of the hand
+    // Stiffness between hand and tool. 0: the default of the pointer or the device.
     double stiffness_n_mm = 0;
-    double share = kPoweredShare;  // of the cut's force, what the hand bears
+    double share = kPoweredShare;  // share of the cutting force that the hand receives
   };
-  // With the tool and materials of `scene`. `notice`: what the person is told first. Errors: those
-  // of the device.
+  // Uses the tool and materials of `scene`. `notice` is the first sentence for the user. Errors:
+  // those of the device.
   static Result<std::unique_ptr<Session>> make(std::unique_ptr<Document> document,
                                                std::unique_ptr<TriDexel> model, const Scene& scene,
                                                const SessionOptions& options,
                                                const std::string& notice);
-  // What could not be saved is then put elsewhere: see close().
+  // Closes the document. Work that cannot be saved in its file is stored elsewhere: see close().
   ~LiveSession() override { static_cast<void>(close_document()); }
 
   LiveSession* live() override { return this; }
 
-  // Where SessionOptions::stepped: one tick of the servo.
+  // Runs one servo tick. Only if SessionOptions::stepped is set.
   void tick();
 
-  // The pointer's hand: tip and axis (from the tip up; any length but zero) of the tool [mm], and
-  // when that was so [s], by whatever clock. While it is pressed, the tool follows these places one
-  // after another.
+  // Moves the pointer's hand: tip [mm], axis (from the tip up, any nonzero length), and the time
+  // [s] on any clock. While it is pressed, the tool follows these positions one after another.
   void aim(const Vec3& tip_mm, const Vec3& axis, double time_s);
-  // Begins a stroke at this place: the tool backs out from there along its axis until it is clear
-  // of material, comes in again, and cuts, fills or feels from then on.
+  // Begins a stroke here. The tool backs out along its axis until it is clear of material. Then it
+  // comes in again, and acts by its mode from then on.
   void press(const Vec3& tip_mm, const Vec3& axis, Mode mode, double time_s);
-  // Ends the stroke, once the tool has been everywhere that it was aimed to.
+  // Ends the stroke after the tool has followed all positions.
   void lift();
-  // A blow of the mallet on a tool that cuts: it is driven on along the aim by kMalletNmm of work.
+  // Strikes a cutting tool with the mallet. It drives the tool along the aim with the work
+  // kMalletNmm.
   void strike();
-  // How far the tool is turned about its own axis from then on [rad].
+  // Sets the tool's rotation about its own axis [rad].
   void turn(double roll_rad);
-  // Whether a stroke is being made, or has not come to its end yet.
+  // Whether a stroke is in progress or has not ended yet.
   bool pressed() const { return first_.pressed() || second_.pressed() || !later_.empty(); }
-  // Whether the tool, which is pressed, stands in material and can't back out: it cuts nothing
-  // there.
+  // Whether the pressed tool is inside material and cannot back out. It cuts nothing there.
   bool blocked() const { return (first_.pressed() || !later_.empty()) && inside_; }
-  // The second hand's tool, and what it does while its pointer is pressed, or all the time where a
-  // device holds it: cut, deposit, touch; off: there is no second hand. Errors: what the tool can't
-  // be, another mode, or how it can't lead; nothing has changed.
+  // The part of a brush's stroke that is not in the model yet, as time of the hand's motion [s].
+  // ticks() updates it.
+  double pending_s() const { return pending_s_; }
+  // Sets the second hand's tool and its mode: cut, deposit, touch or off. It acts while its pointer
+  // is pressed, or all the time with a device. Errors: an invalid tool, mode or lead; nothing
+  // changes then.
   struct Lead {
     bool leads = false;
-    double entry_mm = 0, lift_mm = 0;  // as of StrokeGuideSettings
+    double entry_mm = 0, lift_mm = 0;  // as in StrokeGuideSettings
   };
   Status choose_second(const Tool& tool, Mode mode, const Lead& lead);
   const Tool* second_tool() const override { return second_tool_ ? &*second_tool_ : nullptr; }
-  // As aim(), press() and lift(), of its pointer. What both hands do until both are lifted is one
-  // stroke.
+  // Like aim(), press() and lift(), for the second pointer. Everything both hands do until both are
+  // lifted is one stroke.
   void aim_second(const Vec3& tip_mm, const Vec3& axis, double time_s);
   void press_second(const Vec3& tip_mm, const Vec3& axis, double time_s);
   void lift_second();
 
-  // The force device, as of the last ticks(); null: a pointer holds the tool.
+  // The force device at the last ticks(). Null: a pointer holds the tool.
   const HapticDeviceState* held() const { return first_.held ? &*first_.held : nullptr; }
-  // Of the second hand.
+  // The second hand's force device.
   const HapticDeviceState* second_held() const { return second_.held ? &*second_.held : nullptr; }
-  // What its tool does from now on.
+  // Sets what the device's tool does.
   void work(Mode mode);
   void arm(bool armed);
-  // The tool is there from now on, wherever the hand is [mm].
+  // Moves the tool to this position [mm], independent of the hand.
   void bring(const Vec3& tip_mm);
-  // Errors: a scale that can't be, or at which the device could not bear the spring; nothing has
-  // changed.
+  // Errors: an invalid scale, or one at which the device cannot render the spring. Nothing changes
+  // then.
   Status choose_reach(double scale);
 
-  // Errors: what the tool, or the spring, can't be; nothing has changed.
+  // Errors: an invalid tool or spring. Nothing changes then.
   Status choose_tool(const Tool& tool);
-  // Errors: a strength that is not 20 to 1000 N, a stiffness that is not 0 or 0.01 to 10000 N/mm,
-  // or that the device can't bear.
+  // Errors: a strength outside 20 to 1000 N, or a stiffness that is neither 0 nor 0.01 to 10000
+  // N/mm, or that the device cannot render.
   Status choose_hand(const Hand& hand);
   const Hand& hand() const { return hand_; }
-  Status choose_material(size_t material);  // of what is added
-  // Of modes that reshape, from the next stroke on. Until one is chosen it is as wide as the tool
-  // asks, and as strong as it may be.
+  Status choose_material(size_t material);  // the material to add
+  // Sets the brush of reshaping modes from the next stroke on. By default its radius depends on the
+  // tool, and its strength is the maximum.
   Status choose_brush(const Brush& brush);
   Status choose_model(ForceModel model);
-  // Planes and axis through the lattice's middle; see Symmetry.
+  // Planes and axis pass through the lattice's middle. See Symmetry.
   Status choose_symmetry(const std::array<bool, 3>& planes, int fold, Axis axis);
-  // Of the pointers' strokes from the next one on; whether the second's tool leads choose_second
-  // says. Errors: what a guide can't be; nothing has changed.
+  // Sets the guide of pointer strokes from the next one on. For the second tool, choose_second()
+  // sets the lead. Errors: an invalid guide; nothing changes then.
   Status choose_guide(const StrokeGuideSettings& guide);
-  // Of strokes from the next one on: what becomes of what they sever.
+  // Sets what happens to severed pieces, from the next stroke on.
   Status choose_crumbs(Crumbs crumbs);
   Crumbs crumbs() const { return crumbs_; }
 
-  // What is done with bodies, as a step; what can't be is told by notice().
+  // Runs an action on bodies as a step. notice() reports errors.
   void act(const BodyAction& action);
-  // The same in place of what was done in a step, on the way to `head`: Document::revise.
+  // Replaces the action of a step on the path to `head`. See Document::revise.
   void revise(StepId step, StepId head, const BodyAction& action);
-  // What an action would come to is shown until the document has another state, or until
-  // end_preview(). Errors: it can't be done; then what was shown before is. Forces [N]: of a
-  // spline, of the hands that moved its control points since the preview before,
-  // as of soft clay.
+  // Shows an action's result until the document changes or until end_preview(). For a spline it
+  // returns the forces [N] on the hands that moved its control points, as in soft clay. Motions are
+  // relative to the previous preview. Errors: the action is impossible; the previous preview stays.
   Result<std::vector<Vec3>> preview(const BodyAction& action);
   void end_preview();
-  // The last spline on the way to the head, as JSON: step, parent, head, action; empty: there is
+  // The last spline on the path to the head, as JSON: step, parent, head, action. Empty: there is
   // none. `use` is called on another thread, or at once.
   void last_spline(std::function<void(std::string)> use);
-  // The body that strokes go to.
+  // Makes a body the active one.
   void choose_body(BodyId body);
 
   void cancel() override;
@@ -148,10 +149,10 @@ class LiveSession final : public Session {
   Result<std::unique_ptr<Device>> open_hand(const std::string& name, const Box& material_mm,
                                             ServoHandSettings& settings, SessionHand& hand);
   std::string close_document();
-  // In order, and not before all strokes that were lifted have come to their end.
+  // Runs commands in order, after all lifted strokes have ended.
   Status post(std::function<void(ServoContext&)> command);
   void then(std::function<void()> what);
-  void go_on();
+  void resume();
   Status give_hand(const Hand& hand, double reach);
   Status fits_hand(const Tool& tool) const;
   Status can_work(Mode mode) const;
@@ -167,13 +168,13 @@ class LiveSession final : public Session {
 
   std::array<SessionHand, 2> hands_;
   SessionHand &first_ = hands_[0], &second_ = hands_[1];
-  // What waits for the end of a stroke: until it is finished, or for a command's room.
+  // Work that waits for the end of a stroke or for space in the command queue.
   struct Later {
-    std::function<bool()> run;  // false: it is not time yet, or there was no room; it is run again
+    std::function<bool()> run;  // false: not ready; it is called again
   };
   std::deque<Later> later_;
   Hand hand_;
-  double default_n_mm_ = 0;          // the stiffness that suits the device
+  double default_n_mm_ = 0;          // the device's default stiffness
   std::optional<Tool> second_tool_;  // nothing: there is no second hand
   Mode second_mode_ = Mode::off;
   StrokeGuideSettings guide_;
@@ -181,33 +182,34 @@ class LiveSession final : public Session {
   Tool tool_;
   Symmetry symmetry_;
   Crumbs crumbs_ = Crumbs::sort;
-  // All bodies, as the document has them; the model under the tool, and whose it is.
-  Bodies listed_;
+  // All bodies of the document. The model under the tool, and the body it belongs to.
+  BodyList listed_;
   Snapshot carved_;
   BodyId carved_body_ = 1;
-  bool shown_before_ = true;         // what latest() gave is still as it is
-  std::optional<Bodies> previewed_;  // is shown in place of them
+  bool shown_before_ = true;           // the last result of latest() is still valid
+  std::optional<BodyList> previewed_;  // shown instead of listed_
   std::optional<SplineShape> last_previewed_;
   std::optional<Brush> brush_;
   Brush brush_of(Mode mode) const;
   bool inside_ = false;
+  double pending_s_ = 0;
   bool stepped_ = false;  // see SessionOptions
   std::unique_ptr<LiveCarving> live_;
-  // From the document writer's thread.
-  std::atomic<bool> asked_{false};  // for what follows
-  std::mutex told_mutex_;
-  struct Told {
+  // Written on the document writer's thread.
+  std::atomic<bool> refresh_requested_{false};  // a request is pending
+  std::mutex changes_mutex_;
+  struct Changes {
     bool fresh = false;
     HistoryState history;
-    std::optional<Bodies> bodies;  // where there are others, or they are others
-    std::vector<PastStep> steps;   // that were not told of yet
+    std::optional<BodyList> bodies;  // if they have changed
+    std::vector<PastStep> steps;     // not delivered yet
     Versions versions;
     std::string notice;
-  } told_;
-  StepId last_told_ = 0;  // of that thread, as are past_ and told_bodies_of_
-  StepId told_bodies_of_ = 0;
+  } changes_;
+  StepId last_sent_ = 0;  // used on the document writer's thread, like the next two members
+  StepId sent_bodies_of_ = 0;
   PastSteps past_;
-  std::unique_ptr<DocumentWriter> writer_;  // gone before what it writes of
+  std::unique_ptr<DocumentWriter> writer_;  // destroyed before the data it uses
 };
 
 }  // namespace kibori

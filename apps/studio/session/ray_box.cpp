@@ -7,15 +7,15 @@
 namespace kibori {
 namespace {
 
-// Nodes begin <= k < end of a ray.
+// The nodes begin <= k < end of a ray.
 struct NodeRun {
   int u, v, begin, end;
 };
 
-// Nodes stand at k + 1/2, and a span holds those in [in, out).
+// Nodes are at k + 1/2. A span contains those in [in, out).
 int first_node(double depth) { return static_cast<int>(std::ceil(depth - 0.5)); }
 
-// The rays of the cube that are multiples of `every`.
+// Chooses the rays of the cube whose indices are multiples of `every`.
 void choose_rays(RayBox& box, int every) {
   const auto up = [&](int first) { return (first + every - 1) / every * every; };
   const auto count = [&](int first, int last) {
@@ -44,7 +44,7 @@ RayBox ray_box(const Lattice& lattice, Axis axis, const Vec3& centre_mm, double 
                int every) {
   const Vec3 centre = lattice.to_lattice(centre_mm).units;
   const double radius = radius_mm / lattice.pitch_mm;
-  // Node indices of an axis within the cube, as the lattice has them; a far cube has none.
+  // The node indices along an axis that are inside the cube and the lattice. A far cube has none.
   const auto indices = [&](int index) {
     const double nodes = lattice.nodes_along(index);
     const double first = std::ceil(std::clamp(centre[index] - radius - 0.5, 0.0, nodes));
@@ -111,7 +111,7 @@ VanishedNodes vanished_in(const RayBox& box, const Snapshot& before, const Snaps
     });
   });
   const size_t step = (result.count + kMaxVanishedNodes - 1) / kMaxVanishedNodes;
-  size_t passed = 0;  // nodes of the runs so far; every step-th of all is listed
+  size_t passed = 0;  // nodes of the runs so far; every step-th one is listed
   for (const NodeRun& run : gone) {
     const auto length = static_cast<size_t>(run.end - run.begin);
     for (size_t k = (step - passed % step) % step; k < length; k += step) {

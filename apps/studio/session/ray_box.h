@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The rays of one dexel field near a place, and what a snapshot says of them: what a page draws to
-// show the method itself (rays, dexels, points that vanish).
+// The rays of one dexel field near a point, and their spans in a snapshot. A page draws them to
+// show the method itself: rays, dexels and vanishing points.
 #pragma once
 
 #include <array>
@@ -12,39 +12,39 @@
 namespace kibori {
 
 inline constexpr int kMaxBoxRays = 32;             // along u and along v
-inline constexpr size_t kMaxBoxSpans = 16;         // of one ray
-inline constexpr size_t kMaxVanishedNodes = 2048;  // that are listed
+inline constexpr size_t kMaxBoxSpans = 16;         // per ray
+inline constexpr size_t kMaxVanishedNodes = 2048;  // in the list
 
-// Rays u, u + every, ... (columns of them) by v, v + every, ... (rows of them) of a field, between
-// two depths [lattice units].
+// The rays u, u + every, ... (`columns` of them) by v, v + every, ... (`rows` of them) of a field,
+// between two depths [lattice units].
 struct RayBox {
   Axis axis = Axis::z;
   int every = 1;
   int u = 0, v = 0, columns = 0, rows = 0;
   double low = 0, high = 0;
-  // The first and last ray of the cube both ways, whether or not they are multiples of `every`.
+  // The first and last ray of the cube in both directions, whether multiples of `every` or not.
   int first_u = 0, last_u = -1, first_v = 0, last_v = -1;
 };
 
-// The rays of the cube of that half side about `centre_mm` whose indices are multiples of `every`,
-// so that the same rays are shown wherever the cube moves. `every` is doubled until kMaxBoxRays are
-// enough. No rays where the cube does not meet the lattice.
+// The rays whose indices are multiples of `every`, in the cube with this half side about
+// `centre_mm`. So the same rays are shown wherever the cube moves. `every` is doubled until at most
+// kMaxBoxRays remain per direction. There are no rays if the cube is outside the lattice.
 RayBox ray_box(const Lattice& lattice, Axis axis, const Vec3& centre_mm, double radius_mm,
                int every);
 
-// Of each ray of the box, u first: the spans that reach between its depths, kMaxBoxSpans at most.
+// For each ray of the box, u first: the spans between its depths, at most kMaxBoxSpans.
 std::vector<std::vector<Span>> spans_in(const RayBox& box, const Snapshot& snapshot);
 
 struct VanishedNodes {
   size_t count = 0;
-  // All of them, or kMaxVanishedNodes at most, evenly chosen: x, y and z index.
+  // All vanished nodes, or kMaxVanishedNodes of them, evenly chosen: x, y and z index.
   std::vector<std::array<uint16_t, 3>> nodes;
 };
-// Of the same cube, four times as many rays both ways, or all of them.
+// The same cube with four times as many rays in both directions, or all of them.
 RayBox finer(const RayBox& box);
 
-// The lattice nodes on the box's rays and between its depths that lie in the material before, and
-// not in the material now, as this field tells.
+// Finds lattice nodes on the box's rays and between its depths, in this field. They were in the
+// material before and are not now.
 VanishedNodes vanished_in(const RayBox& box, const Snapshot& before, const Snapshot& now);
 
 }  // namespace kibori

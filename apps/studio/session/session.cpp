@@ -15,30 +15,22 @@ namespace {
 
 constexpr int kSurfaceThreads = 2;
 
-// The studio's woods of 2026 were 400 times too soft. What is carved of them from now on is as hard
-// as the species is; strokes of before keep what they were felt with.
-void mend(Material& material) {
+// The studio's woods of early 2026 were 400 times too soft. New strokes use the built-in material
+// of that name. Older strokes keep the material that they were carved with.
+void replace_soft_wood(Material& material) {
   constexpr struct {
     const char* name;
     double u;
   } kSoft[] = {{"limewood", 0.03}, {"oak", 0.06}, {"walnut", 0.05}, {"wax", 0.012}};
   for (const auto& soft : kSoft)
-    if (material.name == soft.name && material.u == soft.u)
-      for (const Material& known : known_materials())
-        if (known.name == material.name) {
-          const auto color = material.color;
-          material = known;
-          material.color = color;
-        }
-  // Woods of before their grain was felt.
-  for (const Material& known : known_materials())
-    if (known.name == material.name && known.u == material.u && !has_grain(material)) {
-      material.u_along = known.u_along;
-      material.ring = known.ring;
+    if (material.name == soft.name && material.u == soft.u) {
+      const auto color = material.color;
+      material = *known_material(material.name);
+      material.color = color;
     }
 }
 
-// As people call what was done with bodies.
+// Labels of body actions in the user interface.
 struct Label {
   std::string operator()(const BodyCut&) const { return "Cut"; }
   std::string operator()(const BodyJoin&) const { return "Join"; }
@@ -84,7 +76,7 @@ const std::vector<Session::ChunkPlace>& Session::follow() {
   changed_.clear();
   if (!latest(shown_)) return changed_;
   volume_known_ = false;
-  bodies_told_++;
+  bodies_revision_++;
   for (auto at = seen_.begin(); at != seen_.end();)
     at = shown_.bodies.find(at->first) ? std::next(at) : seen_.erase(at);
   for (const Body& body : shown_.bodies.all) {
@@ -137,7 +129,7 @@ void Session::count_volume() {
   volume_mm3_ = 0;
   for (const auto& [id, seen] : seen_) volume_mm3_ += seen.volume_mm3;
   volume_known_ = true;
-  bodies_told_++;
+  bodies_revision_++;
 }
 
 void Session::name_version(const std::string&) {
@@ -148,8 +140,15 @@ Result<std::unique_ptr<Session>> open_session(const std::filesystem::path& file,
                                               const SessionOptions& options) {
   auto document =
       Document::open(file, options.read_only ? Document::Access::read : Document::Access::write);
-  if (!document) return Error{document.error()};
-  const std::string missing = document.value()->missing();
+  if (!document) {
+    // A damaged document is shown, and not written.
+    auto damaged = Document::open(file, Document::Access::read);
+    if (!damaged || damaged.value()->damage().empty()) return Error{document.error()};
+    return HistoryViewer::at_last_whole(file, std::move(damaged).value(), document.error());
+  }
+  std::string missing;
+  for (const std::string& note : document_notes(*document.value()))
+    missing += (missing.empty() ? "" : "; ") + note;
   if (options.read_only) {
     auto at_head = document.value()->load_bodies(document.value()->head());
     if (!at_head)
@@ -161,7 +160,7 @@ Result<std::unique_ptr<Session>> open_session(const std::filesystem::path& file,
   Scene scene;
   scene.materials = document_materials(*document.value());
   if (scene.materials.empty()) scene.materials = known_materials();
-  for (Material& material : scene.materials) mend(material);
+  for (Material& material : scene.materials) replace_soft_wood(material);
   scene.tools = {BallTool{4}};
   if (const auto last = document.value()->settings(document.value()->head()))
     scene.tools = {last.value().tool};
@@ -173,8 +172,9 @@ Result<std::unique_ptr<Session>> open_session(const std::filesystem::path& file,
 Result<std::unique_ptr<Session>> create_session(const std::filesystem::path& file,
                                                 const Scene& scene, const SessionOptions& options) {
   if (options.read_only)
-    return Error{sanitize_message(file.string()) +
-                 " would be a new document, and this studio only reads"};
+    return Error{
+        sanitize_message(file.string()) +
+        ": there is no such document, and this studio is read-only; start it without --read-only"};
   auto model = make_stock(scene.stock, scene.file, {});
   if (!model) return Error{model.error()};
   auto document = new_document(file, scene, *model.value());
@@ -190,7 +190,7 @@ PastStep PastSteps::of(const Document& document, const Step& step) {
   auto& [tool, mode] = seen->second;
   if (fresh && !step.stock) {
     if (const auto settings = document.settings(step.id)) {
-      // Where the first hand only went along, it is the second's.
+      // If the first hand only moved, the second hand's tool and mode count.
       const StrokeSettings& s = settings.value();
       const bool second = s.mode == Mode::off && s.second;
       tool = second ? s.second->tool : s.tool;

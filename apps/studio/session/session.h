@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// What the studio's pages look at: a document that a hand carves in (LiveSession), one that is only
-// looked at (HistoryViewer), or a scene that carves by itself (ExperimentSession). No network, no
-// picture: see apps/studio for those. All of a session belongs to one thread, the owner's.
+// What the studio's pages show: a document that a user carves in (LiveSession), a read-only
+// document (HistoryViewer), or a scene that carves by itself (ExperimentSession). There is no
+// network and no drawing here; apps/studio has those. One thread owns a session.
 #pragma once
 
 #include <cstdint>
@@ -26,33 +26,33 @@ namespace kibori {
 class ExperimentSession;
 class LiveSession;
 
-// Where a document stands.
+// The state of a document's history.
 struct HistoryState {
   StepId step = 0;
   size_t steps = 0;
-  bool undo = false, redo = false;  // whether there is somewhere to go
+  bool undo = false, redo = false;  // whether a target exists
   uint64_t hash = 0;                // of the model at `step`
-  std::string trouble;              // see DocumentWriter::trouble()
+  std::string write_error;          // see DocumentWriter::trouble()
 };
 
 struct PastStep {
-  StepId id = 0, parent = 0;  // the stock has no parent: 0
+  StepId id = 0, parent = 0;  // the stock's parent is 0
   double removed_mm3 = 0;     // negative: added
-  int64_t made_s = 0;         // when it was begun [s since 1970]; 0: not known
-  std::optional<Tool> tool;   // the stock has none
+  int64_t made_s = 0;         // begin of the step [s since 1970]; 0: unknown
+  std::optional<Tool> tool;   // none for the stock
   Mode mode = Mode::cut;
-  bool pictured = false;  // whether thumbnail() had a picture of it when the step was first told of
+  bool pictured = false;  // whether thumbnail() had a picture of it when the step was first listed
   std::string label;
 };
 
 struct SessionOptions {
-  bool read_only = false;  // documents are only looked at
-  // A name of devices/registry.h that holds the tool; empty: a pointer does.
+  bool read_only = false;  // documents are open read-only
+  // The device of devices/registry.h that holds the tool. Empty: a pointer.
   std::string device;
-  // No thread of its own moves the tool, but LiveSession::tick() does: a test's time is then exact.
-  // Only a pointer and the simulated hand can be stepped: no one would let go of a real device.
+  // LiveSession::tick() moves the tool instead of a thread, so that a test's time is exact. Only a
+  // pointer and the simulated hand can be stepped. A real device would never be released.
   bool stepped = false;
-  // As device, of the second hand's tool, where a device holds the first's.
+  // The device of the second hand's tool, if a device holds the first one's.
   std::string second = {};
 };
 
@@ -64,11 +64,11 @@ class Session {
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
 
-  // Null, unless a hand carves or a scene does.
+  // Null unless a hand or a scene carves.
   virtual LiveSession* live() { return nullptr; }
   virtual ExperimentSession* experiment() { return nullptr; }
 
-  // Of the second hand; null: there is none.
+  // The second hand's tool. Null: there is none.
   virtual const Tool* second_tool() const { return nullptr; }
 
   const Lattice& lattice() const { return lattice_; }
@@ -76,73 +76,75 @@ class Session {
   const std::vector<Material>& materials() const { return materials_; }
   uint8_t stock_material() const {
     return stock_material_;
-  }  // what the stock is of: a number of materials()
+  }  // the stock's material: an index of materials()
   double rate_hz() const { return rate_hz_; }
 
-  // To be called every few ms: the surfaces follow the models. The chunks that changed.
+  // Updates the surfaces to the models. Call it every few ms. Returns the changed chunks.
   struct ChunkPlace {
     BodyId body = 1;
     Index3 at = Index3::Zero();
   };
   const std::vector<ChunkPlace>& follow();
-  // All bodies with their models, as of the last follow(), and which of them is worked on.
-  const Bodies& bodies() const { return shown_.bodies; }
+  // All bodies with their models at the last follow(), and the active one.
+  const BodyList& bodies() const { return shown_.bodies; }
   BodyId active() const { return shown_.active; }
   const Body& active_body() const { return *shown_.bodies.find(shown_.active); }
   const Snapshot& snapshot() const { return active_body().model; }
-  // Another number whenever any of this is another.
-  uint64_t bodies_told() const { return bodies_told_; }
+  // A revision. It increases whenever any of these has changed.
+  uint64_t bodies_revision() const { return bodies_revision_; }
   // Null: there is no such body.
   const LiveSurface* surface(BodyId body) const;
-  // Of one body [mm^3], as of when it was not worked on last.
+  // The volume of one body [mm^3]. For the active body it is the last count while no stroke ran.
   double volume_mm3(BodyId body) const;
-  // Ticks since the last call, oldest first.
+  // The ticks since the last call, oldest first.
   const std::vector<LiveTick>& ticks();
-  // Volume [mm^3] of all, as of the last follow() and ticks(); and how much less that is than the
+  // The total volume [mm^3] at the last follow() and ticks(), and how much less it is than the
   // stock's.
   double volume_mm3() const { return volume_mm3_; }
   double removed_mm3() const { return stock_mm3_ - volume_mm3_; }
 
   const HistoryState& history();
-  // What was done, in the order of its numbers, as of the last history().
+  // The steps in the order of their numbers, at the last history().
   const std::vector<PastStep>& steps() const { return steps_; }
   const Versions& versions() const { return versions_; }
   virtual void undo() {}
   virtual void redo() {}
   virtual void go(StepId) {}
-  // A stroke that is being made is as if it had not been; an experiment stops.
+  // Discards the stroke in progress. Stops an experiment.
   virtual void cancel() {}
-  // Of the step that the document stands at; what can't be is told by notice().
+  // Names the current step. notice() reports errors.
   virtual void name_version(const std::string& name);
-  // Small pictures of steps (PNG). `use` is called on another thread, or at once, with nothing
-  // where there is none.
+  // Small pictures of steps (PNG). `use` is called on another thread, or at once. It receives an
+  // empty picture if there is none.
   virtual void keep_thumbnail(StepId, Bytes) {}
   virtual void thumbnail(StepId step, std::function<void(Bytes)> use) = 0;
-  // All of the document, packed, into a new file; `done` is called on another thread, or at once.
+  // Writes the whole document, packed, into a new file. `done` is called on another thread, or at
+  // once.
   virtual void save_copy(const std::filesystem::path& path, std::function<void(Status)> done) = 0;
-  // A sentence for the person; empty where there is none. Taken away by asking.
+  // A sentence for the user, or empty. Each one is returned once.
   virtual std::string notice() { return std::exchange(notice_, {}); }
-  // Ends a stroke, and saves. A sentence on where the document is, if not where it belongs.
+  // Ends a stroke and saves. Returns a sentence on the document's location if it could not be saved
+  // in its place.
   virtual std::string close() { return {}; }
 
  protected:
   Session() = default;
   struct Shown {
-    Bodies bodies;
+    BodyList bodies;
     BodyId active = 1;
   };
-  // The first state; the stock had `removed_mm3` more.
+  // Sets the first state. The stock's volume was `removed_mm3` larger.
   void begin(Shown first, double removed_mm3);
   void notify(const Status& how) {
     if (!how) notice_ = how.error();
   }
 
-  // The newest state, where it is another than the last one: at least one body, and `active` is one
-  // of them.
+  // The newest state, if it has changed since the last call. It has at least one body, and `active`
+  // is one of them.
   virtual bool latest(Shown& shown) = 0;
   virtual bool next_tick(LiveTick&) { return false; }
   virtual void update_history() = 0;
-  // Whether the model changes all the time: its volume is then not counted, as that takes a while.
+  // Whether the model keeps changing. Then its volume is not counted, because that takes time.
   virtual bool busy() const { return false; }
 
   std::string name_;
@@ -155,7 +157,7 @@ class Session {
   std::vector<PastStep> steps_;
   Versions versions_;
   std::string notice_;
-  bool cutting_ = false;  // as of the last ticks()
+  bool cutting_ = false;  // at the last ticks()
   bool volume_known_ = false;
 
  private:
@@ -166,32 +168,31 @@ class Session {
   };
   Shown shown_;
   std::map<BodyId, Seen> seen_;
-  uint64_t bodies_told_ = 1;
+  uint64_t bodies_revision_ = 1;
   std::vector<ChunkPlace> changed_;
   double volume_mm3_ = 0, stock_mm3_ = 0;
 };
 
-// A document that is there, with the tool and materials of its last stroke; its last step that is
-// whole, only to be looked at, where what follows is damaged. Errors: those of the document and the
-// device.
+// Opens a document with the tool and materials of its last stroke. If its head is damaged, opens
+// the last complete step read-only. Errors: those of the document and the device.
 Result<std::unique_ptr<Session>> open_session(const std::filesystem::path& document,
                                               const SessionOptions& options);
-// A new document of the stock, tool and materials of `scene`. Errors: it is there already; those of
-// the stock and the device; it is only to be looked at.
+// Creates a document with the stock, tool and materials of `scene`. Errors: the file exists; those
+// of the stock and the device; the session is read-only.
 Result<std::unique_ptr<Session>> create_session(const std::filesystem::path& document,
                                                 const Scene& scene, const SessionOptions& options);
 
-// Steps of a document as pages have them; of the thread that has the document.
+// Converts a document's steps for pages. The thread that owns the document uses it.
 class PastSteps {
  public:
   PastStep of(const Document& document, const Step& step);
 
  private:
-  // Tool and mode by Step::setting: many strokes share them.
+  // Tool and mode by Step::setting, which many strokes share.
   std::map<int64_t, std::pair<std::optional<Tool>, Mode>> settings_;
 };
 
-// What was removed on the way from the stock to a step [mm^3].
+// The volume removed on the path from the stock to a step [mm^3].
 double removed_until(const Document& document, StepId step);
 
 }  // namespace kibori

@@ -29,6 +29,7 @@ Result<Scene> scene_of(const Stock& stock, double longest_mm, size_t material) {
   if (const auto* volume = std::get_if<StockVolume>(&stock.shape);
       volume && !volume->labels.empty())
     scene.stock.material = volume->labels.begin()->second;
+  share_log(scene.materials, scene.stock.material);
   scene.tools = {BallTool{4}};
   scene.moves = {Move{}};
   return scene;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Scenes that are stock alone: what one begins with to carve by hand. Materials are numbers of
+// Scenes that consist of a stock only, to carve by hand. Materials are indices of
 // known_materials().
 #pragma once
 
@@ -12,16 +12,16 @@
 
 namespace kibori {
 
-// So fine at most along a stock's longest side, so that a page can show it.
+// Max number of rays along a stock's longest side that a page can show.
 inline constexpr double kMaxRays = 1024;
 
-// A shape that is no file. Errors: the size, the pitch, the material.
+// A stock that is not from a file. Errors: the size, the pitch, the material.
 Result<Scene> stock_scene(const StockShape& shape, double pitch_mm, size_t material);
 
-// How a file becomes a stock.
+// The options that make a stock from a file.
 struct FileStock {
-  // It is scaled so that its longest side is this; of a picture without its height. A volume is
-  // not: it is what the rays are counted by.
+  // Scales the file so that its longest side has this length; for a picture, without its height. A
+  // volume is not scaled. There it sets the pitch together with `rays`.
   double longest_mm = 0;
   double rays = 0;  // along that side
   size_t material = 0;
@@ -31,12 +31,12 @@ struct FileStock {
   std::map<uint16_t, uint8_t> labels = {};  // volume: the material of each
 };
 
-// A mesh, a labelled volume or, as a relief, a picture (PNG). Errors: those of reading a picture,
-// and as above.
+// Makes a stock of a mesh, a labelled volume, or a picture (PNG) as a relief. Errors: those of
+// reading the file, and those above.
 Result<Scene> file_scene(const std::filesystem::path& file, const FileStock& how);
 
-// A mesh that is to be a body, as a tool whose tip is in the middle of its bounds. Of `how`, its
-// size and how it stands. Errors: those of reading it; a picture; the size.
+// A mesh that becomes a body, as a tool whose tip is the centre of its bounds. Uses only size and
+// orientation of `how`. Errors: those of reading it; a picture; the size.
 Result<Tool> file_shape(const std::filesystem::path& file, const FileStock& how);
 
 }  // namespace kibori

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Ball burr.
+// The ball burr: a ball whose lowest point is the tip.
 #pragma once
 
 #include <kibori/solid/tool_shape.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Box.
+// The box: its lower face is centred on the tip.
 #pragma once
 
 #include <kibori/solid/tool_shape.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Bull-nose end mill: the hull of a cylinder and of the rounded rim below it.
+// The bull-nose end mill: the hull of a cylinder and of the rounded rim below it.
 #pragma once
 
 #include <kibori/solid/tool_shape.h>
@@ -21,14 +21,14 @@ struct Bull {
   bool operator==(const Bull&) const = default;
 
   void check(ToolCheck& checks) const {
-    checks.at_most("corner", corner, "radius", radius);
+    checks.check_max("corner", corner, "radius", radius);
     checks.require(length >= 2 * corner, "length must be at least twice the corner");
   }
   double reach_mm() const { return std::hypot(length, radius); }
   FlatFaces flat_faces() const { return {1, 2 * radius}; }
   void add_parts(SweptParts& parts) const {
     const double scale = parts.scale(), round = corner * scale;
-    // At least as high as the rim, or the hull would not hold all of it.
+    // At least as high as the rim. Otherwise the hull does not hold all of the rim.
     const BodyTop top(length * scale, std::max(2 * round, parts.useful()));
     parts.convex(cylinder_body(radius * scale, round, top));
     parts.add<SweptRim>(parts.above_tip(round), parts.frame(), (radius - corner) * scale, round,

@@ -4,11 +4,11 @@
 namespace kibori {
 namespace {
 
-// A motion along the axis sweeps no parallelogram: a smaller area [lattice units^2] is rounding
+// A motion along the axis sweeps no parallelogram. An area below this [lattice units^2] is rounding
 // error, and its normal has no direction.
 constexpr double kNoArea = 1e-9;
 
-// The parallelogram of a and b, thickened by `round` to both sides of its plane.
+// The parallelogram of a and b, thickened by `round` on both sides of its plane.
 ConvexBody slab(const Vec3& a, const Vec3& b, double round) {
   ConvexBody body;
   const Vec3 normal = a.cross(b).normalized();

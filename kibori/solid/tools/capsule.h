@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A cylinder with round ends. It sweeps the hull of four capsules, along its axis at both poses and
-// along the motion at both ends, and of the slab between them.
+// A cylinder with round ends. Its sweep is the hull of four capsules and the slab between them. Two
+// capsules are along its axis, one at each pose. Two are along the motion, one at each end.
 #pragma once
 
 #include <kibori/solid/tool_shape.h>

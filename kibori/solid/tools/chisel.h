@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A flat carving chisel: its edge lies along the local y axis.
+// The flat carving chisel: its edge is along the local y axis.
 #pragma once
 
 #include <kibori/solid/tool_shape.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// V cutter.
+// The V cutter: a cone, and a cylinder above it.
 #pragma once
 
 #include <kibori/solid/tool_shape.h>

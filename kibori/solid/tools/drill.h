@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Twist drill.
+// The twist drill: a Cone with the point angle of a drill.
 #pragma once
 
 #include <kibori/solid/tools/cone.h>

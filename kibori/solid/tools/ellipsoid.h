@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Ellipsoid.
+// The ellipsoid: its lowest point is the tip.
 #pragma once
 
 #include <kibori/solid/tool_shape.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Flat end mill.
+// The flat end mill: a cylinder whose lower face is centred on the tip.
 #pragma once
 
 #include <kibori/solid/tool_shape.h>

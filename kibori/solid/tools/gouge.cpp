@@ -4,10 +4,10 @@
 namespace kibori {
 
 GougeArc gouge_arc(const Gouge& gouge) {
-  // Radius over width; each gets rounder by about as much as the one before. Carvers' lists (London
-  // pattern, Swiss) differ from one another by as much as a number.
+  // Radius divided by width. Each sweep is rounder than the one before by a similar step. Carvers'
+  // lists (London pattern, Swiss) differ from each other by up to one number.
   constexpr double kRadius[] = {2.5, 1.75, 1.25, 1, 0.75, 0.625, 0.55};  // 2 to 8
-  // Depth over width.
+  // Depth divided by width.
   constexpr double kDepth[] = {0.5, 0.65, 0.85};  // 9 to 11
   const int sweep = static_cast<int>(gouge.sweep);
   if (sweep >= 9) {

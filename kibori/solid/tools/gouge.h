@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A carver's gouge. Its section, across the way it leads (its local x axis), is the arc of its
-// sweep and everything above that between upright walls: an elliptic cylinder under a box.
+// A carver's gouge. It travels along the local x axis. Its section across that axis is the arc of
+// its sweep, with everything above the arc between upright walls. As a solid, it is an elliptic
+// cylinder under a box.
 #pragma once
 
 #include <kibori/solid/tool_shape.h>
@@ -35,11 +36,11 @@ struct Gouge {
 // The arc of a gouge's edge [mm].
 struct GougeArc {
   double across, upright;  // half axes of its ellipse; equal for a circle
-  double depth;            // the arc is as wide as the gouge there
+  double depth;            // the arc has the gouge's width at this depth
 };
 
-// Sweeps 2 to 8 are arcs of circles that get rounder, 9 is half a circle, 10 and 11 are half
-// ellipses, deeper than half as wide. The gouge must pass check_tool.
+// Sweeps 2 to 8 are arcs of circles, rounder with each number. Sweep 9 is half a circle. Sweeps 10
+// and 11 are half ellipses, deeper than half their width. The gouge must pass check_tool.
 GougeArc gouge_arc(const Gouge& gouge);
 
 }  // namespace kibori

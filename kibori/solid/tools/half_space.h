@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Half-space: for scenes, cuts and tests; a hand cannot hold it.
+// The half-space, for scenes, cuts and tests. A hand cannot hold it.
 #pragma once
 
 #include <kibori/solid/tool_shape.h>

@@ -9,7 +9,7 @@ void Knife::add_parts(SweptParts& parts) const {
   ConvexBody body;
   for (const double x : {1.0, -1.0})
     for (const double y : {1.0, -1.0}) {
-      // The height above the edge times the sine of its half angle, less the way to the side.
+      // The height above the edge times the sine of its half angle, minus the distance to the side.
       const Vec3 up(-x * point.cos, 0, point.sin);
       body.add_plane(edge.sin * up - y * edge.cos * Vec3::UnitY(), 0);
     }

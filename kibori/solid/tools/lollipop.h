@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Lollipop cutter, for undercuts.
+// The lollipop cutter, for undercuts: a ball on a thin neck.
 #pragma once
 
 #include <kibori/solid/tool_shape.h>
@@ -25,8 +25,8 @@ struct Lollipop {
   bool operator==(const Lollipop&) const = default;
 
   void check(ToolCheck& checks) const {
-    checks.at_most("neck", neck, "radius", radius);
-    checks.at_most("neck", neck, "shank", shank);
+    checks.check_max("neck", neck, "radius", radius);
+    checks.check_max("neck", neck, "shank", shank);
     checks.require(reach >= 2 * radius, "reach must be at least the height of the head");
     checks.require(length >= reach, "length must be at least reach");
   }
@@ -34,7 +34,7 @@ struct Lollipop {
   FlatFaces flat_faces() const { return {}; }
   void add_parts(SweptParts& parts) const {
     parts.ball(radius);
-    // From within the head up, so that no ray finds a gap between the two.
+    // The neck starts within the head, so that no ray finds a gap between the two.
     parts.cylinder(neck, radius, length);
     parts.cylinder(shank, reach, length);
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A closed mesh in tool coordinates; stamps are meshes (kibori/scene/stamp.h). It has no numbers:
-// scenes name a file, documents hold the triangles.
+// A closed mesh in tool coordinates. Stamps are meshes too (kibori/scene/stamp.h). It has no
+// numbers: scenes name a file, and documents hold the triangles.
 #pragma once
 
 #include <kibori/solid/tool_shape.h>

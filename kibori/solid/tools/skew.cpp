@@ -6,7 +6,7 @@ namespace {
 
 SinCos slope_of(const Skew& skew) { return sin_cos(skew.skew_deg * (std::numbers::pi / 180)); }
 
-// How high the bevels go, at the end of the edge.
+// Height of the bevels at the end of the edge.
 double bevels_mm(const Skew& skew) {
   const SinCos slope = slope_of(skew), half = half_angle(skew.bevel_deg);
   return skew.width * slope.sin / slope.cos + skew.thickness / 2 * half.cos / half.sin / slope.cos;
@@ -22,12 +22,12 @@ void Skew::check(ToolCheck& checks) const {
                  "chisel narrower");
 }
 
-// Two parts: the bevels, up to where they are as far apart as it is thick, and the blade above.
+// Two parts: the bevels, up to where their distance is the thickness, and the blade above.
 void Skew::add_parts(SweptParts& parts) const {
   const double scale = parts.scale(), half_x = thickness * scale / 2, y = width * scale,
                z = length * scale;
   const SinCos slope = slope_of(*this), half = half_angle(bevel_deg);
-  const Vec3 up(0, -slope.sin, slope.cos);  // square to the edge, in the blade's plane
+  const Vec3 up(0, -slope.sin, slope.cos);  // perpendicular to the edge, in the blade's plane
   const double deep = half_x * half.cos / half.sin;
   ConvexBody bevels, blade;
   for (ConvexBody* part : {&bevels, &blade}) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A skew chisel: its edge rises from the tip, its corner, along the local y axis.
+// The skew chisel: its tip is a corner, from which its edge rises along the local y axis.
 #pragma once
 
 #include <kibori/solid/tool_shape.h>

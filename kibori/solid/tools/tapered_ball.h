@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Tapered ball nose: the hull of a ball, a cone that touches it all round, and a cylinder.
+// The tapered ball nose: the hull of a ball, a cone that touches it all round, and a cylinder.
 #pragma once
 
 #include <kibori/solid/tool_shape.h>
@@ -9,9 +9,8 @@ namespace kibori {
 struct TaperedBall {
   static constexpr const char* kShape = "tapered";
   static constexpr const char* kAbout =
-      "a tapered ball nose, a ball of radius `ball`, a cone of full angle `angle_deg` that touches "
-      "it "
-      "all round, up to `radius`, and a cylinder from there";
+      "a tapered ball nose: a ball of radius `ball`, then a cone of full angle `angle_deg` up to "
+      "`radius`, then a cylinder. The cone touches the ball all round";
   static constexpr bool kIsConvex = true;
 
   double ball = 1, angle_deg = 20, radius = 4, length = 30;
@@ -25,15 +24,17 @@ struct TaperedBall {
 
   void check(ToolCheck& checks) const {
     checks.between("angle_deg", angle_deg, 1, 175);
-    checks.at_most("ball", ball, "radius", radius);
+    checks.check_max("ball", ball, "radius", radius);
     checks.require(length >= 2 * ball, "length must be at least twice the ball's radius");
   }
   double reach_mm() const { return std::hypot(length, radius); }
   FlatFaces flat_faces() const { return {}; }
   void add_parts(SweptParts& parts) const {
     const SinCos half = half_angle(angle_deg);
-    // Heights of the whole cone's apex, below the tip, of the circle in which ball and cone touch,
-    // and of the place where the cone is as wide as the cylinder.
+    // Heights of three places:
+    // - the apex of the whole cone, below the tip,
+    // - the circle in which ball and cone touch,
+    // - the place where the cone is as wide as the cylinder.
     const double apex = ball - ball / half.sin, tangent = ball - ball * half.sin,
                  full = std::min(apex + radius * half.cos / half.sin, length);
     parts.ball(ball);

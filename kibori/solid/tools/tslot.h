@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// T-slot cutter.
+// The T-slot cutter: a disc on a thin neck.
 #pragma once
 
 #include <kibori/solid/tool_shape.h>
@@ -26,8 +26,8 @@ struct TSlot {
   bool operator==(const TSlot&) const = default;
 
   void check(ToolCheck& checks) const {
-    checks.at_most("neck", neck, "radius", radius);
-    checks.at_most("neck", neck, "shank", shank);
+    checks.check_max("neck", neck, "radius", radius);
+    checks.check_max("neck", neck, "shank", shank);
     checks.require(reach >= height, "reach must be at least the height of the head");
     checks.require(length >= reach, "length must be at least reach");
   }
@@ -35,7 +35,7 @@ struct TSlot {
   FlatFaces flat_faces() const { return {1, 2 * radius}; }
   void add_parts(SweptParts& parts) const {
     parts.cylinder(radius, 0, height);
-    // From within the head up, so that no ray finds a gap between the two.
+    // The neck starts within the head, so that no ray finds a gap between the two.
     parts.cylinder(neck, height / 2, length);
     parts.cylinder(shank, reach, length);
   }

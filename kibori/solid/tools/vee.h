@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// V-gouge, a carver's parting tool: as a gouge, with a V for its section.
+// The V-gouge, a carver's parting tool: a gouge whose section is a V.
 #pragma once
 
 #include <kibori/solid/tool_shape.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <kibori/scene/move_way.h>
+#include <kibori/scene/move_path.h>
 
 #include <algorithm>
 #include <cmath>
@@ -13,7 +13,7 @@
 namespace kibori {
 namespace {
 
-// How far corners of the way are from a curve, in cells.
+// Maximum distance between the path's polyline and its curve [cells].
 constexpr double kFlatCells = 0.01;
 
 double length(const Vec3& v) { return std::sqrt(v.squaredNorm()); }
@@ -23,11 +23,13 @@ Result<std::vector<Vec3>> line_of(const Vec3& start, const Move& to, double pitc
   if (to.arc) {
     const Vec3 from_centre = start - to.arc->centre_mm;
     const double off = std::sqrt((from_centre - from_centre.dot(to.axis) * to.axis).squaredNorm());
-    if (!(off > 0)) return Error{"arc: the tool stands on its axis; begin beside the centre"};
-    // A chord of the angle a is off by r (1 - cos(a / 2)).
+    if (!(off > 0))
+      return Error{"arc: the tool starts on the axis of the arc; start away from the centre"};
+    // A chord of the angle a deviates by r (1 - cos(a / 2)).
     const double step = 2 * std::acos(std::max(0.5, 1 - kFlatCells * pitch_mm / off));
     const double pieces = std::ceil(std::abs(to.arc->turn_rad) / step);
-    if (!(pieces <= CubicSpline::kMaxSamples)) return Error{"arc takes too many steps; turn less"};
+    if (!(pieces <= CubicSpline::kMaxSamples))
+      return Error{"arc has too many steps; use a smaller turn_deg or a coarser pitch"};
     for (int i = 1; i <= static_cast<int>(pieces); i++)
       line.push_back(to.arc->centre_mm +
                      rotation(Vec3(to.arc->turn_rad * i / pieces * to.axis)) * from_centre);
@@ -46,7 +48,7 @@ Result<std::vector<Vec3>> line_of(const Vec3& start, const Move& to, double pitc
 
 }  // namespace
 
-Pose MoveWay::at(double share, const Pose& start) const {
+Pose MovePath::at(double share, const Pose& start) const {
   const double along = share * length_mm();
   const auto next =
       static_cast<size_t>(std::lower_bound(at_mm.begin(), at_mm.end() - 1, along) - at_mm.begin());
@@ -59,14 +61,14 @@ Pose MoveWay::at(double share, const Pose& start) const {
           rotation(Vec3(part * rotation_between(from.frame, to.frame))) * from.frame};
 }
 
-Result<MoveWay> way_of(const Move& from, const Move& to, double pitch_mm) {
+Result<MovePath> path_of(const Move& from, const Move& to, double pitch_mm) {
   const bool leads = to.leads();
   const double lift = to.stamps() ? to.stamp.lift_mm : leads ? to.lead.lift_mm : 0;
   const Vec3 start = from.to_mm - lift * to.axis;
   Result<std::vector<Vec3>> line = line_of(start, to, pitch_mm);
   if (!line) return Error{line.error()};
-  MoveWay way;
-  way.leads = leads;
+  MovePath path;
+  path.leads = leads;
   StrokeGuideSettings settings;
   settings.lead = leads;
   settings.entry_mm = to.lead.entry_mm;
@@ -76,19 +78,19 @@ Result<MoveWay> way_of(const Move& from, const Move& to, double pitch_mm) {
   if (const Status good = check_stroke_guide(settings); !good) return Error{good.error()};
   StrokeGuide guide(settings);
   const Mat3 frame = frame_from_axis(to.axis, to.roll_rad);
-  const auto put = [&](const Pose& pose, double) { way.places.push_back(pose); };
+  const auto put = [&](const Pose& pose, double) { path.places.push_back(pose); };
   put(guide.begin({start, frame}, 0), 0);
   for (size_t i = 1; i < line.value().size(); i++) guide.move({line.value()[i], frame}, 0, put);
   guide.end(put);
-  // It is turned by when it is there.
-  if (way.places.size() > 1) way.places[0].frame = way.places[1].frame;
+  // The tool arrives with this orientation.
+  if (path.places.size() > 1) path.places[0].frame = path.places[1].frame;
   Vec3 last = from.to_mm;
   double at = 0;
-  for (const Pose& place : way.places) {
-    way.at_mm.push_back(at += length(place.tip - last));
+  for (const Pose& place : path.places) {
+    path.at_mm.push_back(at += length(place.tip - last));
     last = place.tip;
   }
-  return way;
+  return path;
 }
 
 }  // namespace kibori

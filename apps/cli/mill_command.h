@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+// The command mill: programs of a milling machine on a stock.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "apps/cli/common.h"
+
+class MillCommand {
+ public:
+  explicit MillCommand(CLI::App& app);
+  // Whether the user gave it.
+  bool given() const { return command_->parsed(); }
+  // Runs the command. Returns its exit status.
+  int run() const;
+
+ private:
+  struct Job;
+  kibori::Status prepare(Job& job) const;
+  kibori::Status read_programs(Job& job) const;
+  kibori::Status check_outputs(const Job& job) const;
+  kibori::Status write_outputs(const Job& job) const;
+
+  CLI::App* command_;
+  std::vector<std::string> programs_;
+  std::string stock_, tools_, machine_, mesh_, picture_, document_, lines_, material_ = "MDF",
+                                                                            view_ = "iso";
+  double pitch_ = 0;
+  int tool_ = 0, threads_ = all_cores();
+  bool json_ = false, z_only_ = false, strict_ = false;
+};

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: MIT
+// Parses JSON. All JSON that enters the program goes through parse_json, which limits its depth.
+// Internal: not installed.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include <nlohmann/json.hpp>
+
+namespace kibori {
+
+using Json = nlohmann::json;
+
+// Maximum number of lists and objects inside each other. Copying and writing a value uses the stack
+// for each level; 100 000 levels overflow it. What Kibori reads has at most about ten.
+inline constexpr int kMaxJsonDepth = 100;
+
+// Returns a discarded value, which is neither an object nor a list, if the text is no JSON or too
+// deep. `why` then receives the reason.
+Json parse_json(std::string_view text, std::string* why = nullptr);
+
+}  // namespace kibori

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+// Words, lines and numbers of text files that hold meshes (STL, OBJ, OFF). Internal to `formats`.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include <kibori/geometry/mesh.h>
+
+namespace kibori {
+
+// Whether a character separates words. NUL does: some programs pad names with it.
+inline bool is_space(char c) { return c == ' ' || (c >= '\t' && c <= '\r') || c == '\0'; }
+inline bool is_line_end(char c) { return c == '\n' || c == '\r'; }
+
+// A finite decimal number that takes the whole word; nothing for any other word.
+std::optional<double> parse_number(std::string_view word);
+
+// The beginning of a word, in quotes, for a message.
+std::string in_quotes(std::string_view word);
+
+// The text without a UTF-8 byte order mark.
+std::string_view without_bom(std::string_view text);
+// Whether a text begins with the byte order mark of UTF-16.
+bool is_utf16(std::string_view text);
+
+// A line without its comment, which begins with '#'. Old programs write 1.#IND for a number that is
+// none, which is no comment.
+std::string_view without_comment(std::string_view line);
+
+// Removes the first word of a text, and returns it; empty at the end.
+std::string_view take_word(std::string_view& text);
+
+// The lines of a text. They end with LF, CR or both.
+class Lines {
+ public:
+  explicit Lines(std::string_view text) : rest_(text) {}
+  // False at the end.
+  bool next(std::string_view& line);
+  int number() const { return number_; }  // of the last line; the first is 1
+
+ private:
+  std::string_view rest_;
+  int number_ = 0;
+};
+
+// Rounds coordinates to float32, as programs compute them, so that text and binary files of one
+// mesh are equal. A mesh far from the origin keeps its digits: the rounding must stay below a
+// millionth of its longest side.
+void round_to_float(TriangleMesh& mesh);
+
+}  // namespace kibori

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: MIT
+// Reads labelled volumes from files.
+#pragma once
+
+#include <filesystem>
+
+#include <kibori/base/result.h>
+#include <kibori/geometry/label_volume.h>
+
+namespace kibori {
+
+// True if the name ends in .nrrd or .nhdr, in any case.
+bool is_volume(const std::filesystem::path& path);
+
+// Reads an NRRD file (nrrd.h) with kibori-import: parsing a hostile file costs one message at most.
+// Errors: as parse_nrrd and read_in_helper; no such file; no label other than 0.
+Result<LabelVolume> read_volume(const std::filesystem::path& path);
+
+}  // namespace kibori

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+// Reads a canonical listing: what LinuxCNC's interpreter prints with `rs274 -g`, one call a line.
+//
+//     17 N0080  STRAIGHT_FEED(1.0000, 2.0000, -0.5000, 0.0000, 0.0000, 0.0000)
+#pragma once
+
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <kibori/base/result.h>
+#include <kibori/mill/canon_move.h>
+#include <kibori/mill/interpreter.h>
+
+namespace kibori {
+
+// True if a line looks like one of a listing.
+bool is_canon_line(std::string_view line);
+
+class CanonListing {
+ public:
+  // Executes one line and appends its moves. Errors: one sentence without file and line: a line
+  // that is no call, a call with too few numbers, a call whose move is not supported.
+  Status run(std::string_view line, int number, std::vector<CanonMove>& out);
+  bool ended() const { return ended_; }
+  const std::vector<ProgramWarning>& warnings() const { return warnings_; }
+
+ private:
+  struct Call;
+  bool set_mode(const Call& call);
+  bool set_state(const Call& call);
+  Result<bool> move(const Call& call);
+  Status arc(const Call& call);
+  void to(AxisPosition position, bool feed);
+  void add(CanonAction action) { out_->push_back({line_, std::move(action)}); }
+  double scale() const { return inches_ ? 25.4 : 1; }
+  AxisPosition position(const Call& call, size_t first) const;
+
+  std::vector<CanonMove>* out_ = nullptr;  // during run
+  int line_ = 0;
+  bool ended_ = false, inches_ = false, started_ = false;
+  ArcPlane plane_ = ArcPlane::xy;
+  Vec3 first_offset_ = Vec3::Zero(), offset_ = Vec3::Zero(), shift_ = Vec3::Zero();
+  FeedRate feed_;
+  double rpm_ = 0;
+  int direction_ = 0, selected_ = 0;
+  Coolant coolant_;
+  std::vector<ProgramWarning> warnings_;
+  std::set<std::string> warned_;
+};
+
+}  // namespace kibori

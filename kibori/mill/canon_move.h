@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: MIT
+// What a program does, one step at a time, after all modes, units and offsets are resolved.
+//
+// Positions are those of the tool's tip in the part's frame: the first work coordinate system, G54,
+// with its offset. Lengths are mm, rotary axes degrees.
+#pragma once
+
+#include <string>
+#include <variant>
+
+#include <kibori/geometry/vec.h>
+
+namespace kibori {
+
+// Position of all six axes of a machine.
+struct AxisPosition {
+  Vec3 xyz_mm = Vec3::Zero();
+  Vec3 abc_deg = Vec3::Zero();
+  bool operator==(const AxisPosition& other) const {
+    return xyz_mm == other.xyz_mm && abc_deg == other.abc_deg;
+  }
+};
+
+// G93, G94, G95.
+enum class FeedMode { inverse_time, per_minute, per_revolution };
+
+// Speed of a feed move. `value` is in 1/min (inverse time), mm/min or deg/min, or mm per
+// revolution. 0: the program gives none.
+struct FeedRate {
+  FeedMode mode = FeedMode::per_minute;
+  double value = 0;
+  bool operator==(const FeedRate&) const = default;
+};
+
+// G17, G18, G19.
+enum class ArcPlane { xy, zx, yz };
+
+// Index of the first and second axis of the plane, and of the axis perpendicular to it. The order
+// is right-handed.
+struct ArcAxes {
+  int first, second, normal;
+};
+constexpr ArcAxes axes_of(ArcPlane plane) {
+  switch (plane) {
+    case ArcPlane::xy:
+      return {0, 1, 2};
+    case ArcPlane::zx:
+      return {2, 0, 1};
+    case ArcPlane::yz:
+      return {1, 2, 0};
+  }
+  return {0, 1, 2};
+}
+
+struct RapidMove {
+  AxisPosition to;
+  // True if the place is relative to the machine's zero and nobody gave its position in the part's
+  // frame (G28, G30, G53). The path is not checked then.
+  bool place_unknown = false;
+};
+struct FeedMove {
+  AxisPosition to;
+  FeedRate feed;
+};
+// An arc, a helix or a full circle. The radius may change evenly from start to end.
+struct ArcMove {
+  AxisPosition to;
+  ArcPlane plane = ArcPlane::xy;
+  Vec3 centre_mm = Vec3::Zero();  // its part along the normal is unused
+  // Counter-clockwise, seen against the normal, if positive. 1 or -1: less than a turn or one full
+  // turn. 2: up to one turn more, and so on.
+  int turns = 1;
+  FeedRate feed;
+};
+struct Dwell {
+  double seconds = 0;
+};
+struct ToolSelect {
+  int number = 0;
+};
+struct ToolChange {
+  int number = 0;
+};
+// G43 with the number of the tool whose length counts; G49: 0.
+struct ToolLength {
+  int number = 0;
+};
+struct SpindleTurn {
+  int direction = 0;  // 1 clockwise, -1 counter-clockwise, 0 stop
+  double rpm = 0;
+};
+struct Coolant {
+  bool mist = false, flood = false;
+};
+struct ProgramStop {
+  bool optional = false;
+};
+struct ProgramEnd {};
+// An M-code that has no meaning here. A machine file may give it one.
+struct UserCode {
+  int number = 0;
+};
+struct OperatorMessage {
+  std::string text;
+};
+
+using CanonAction =
+    std::variant<RapidMove, FeedMove, ArcMove, Dwell, ToolSelect, ToolChange, ToolLength,
+                 SpindleTurn, Coolant, ProgramStop, ProgramEnd, UserCode, OperatorMessage>;
+
+struct CanonMove {
+  int line = 0;  // of the program's file, from 1
+  CanonAction action;
+};
+
+}  // namespace kibori

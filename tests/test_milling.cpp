@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: MIT
+// Programs on a stock: volumes against closed forms and a dense height map, planted collisions,
+// engagement, and threads.
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <zlib.h>
+
+#include <kibori/run/milling.h>
+
+#include "tests/support.h"
+
+namespace kibori {
+namespace {
+
+namespace fs = std::filesystem;
+const fs::path kGcode = fs::path(KIBORI_SOURCE_DIR) / "../shared/gcode";
+
+struct Milled {
+  MillSummary summary;
+  std::vector<MillLine> lines;
+  std::string error;
+};
+
+struct Job {
+  Box block{Vec3(0, 0, -20), Vec3(40, 40, 0)};
+  double pitch_mm = 0.5;
+  MillOptions options;
+
+  Job() {
+    options.tools.tools = {
+        {1, "flat", Flat{3, 15}, {{BodyPart::shank, 3, 15, 40}, {BodyPart::holder, 15, 40, 60}}, 2},
+        {2, "reduced", Flat{3, 4}, {{BodyPart::neck, 2, 4, 12}, {BodyPart::shank, 5, 12, 40}}, 2},
+        {3, "ball", ball_end_mill(2, 30), {}, 0}};
+    options.material = *machining_material("steel");
+  }
+  std::unique_ptr<TriDexel> stock() const {
+    MillStockOptions how;
+    how.pitch_mm = pitch_mm;
+    auto model = make_mill_stock(block, how);
+    EXPECT_TRUE(model);
+    return std::move(model.value());
+  }
+  Milled run(const std::string& text) {
+    const test::Folder folder;
+    const fs::path file = folder.path / "p.nc";
+    std::ofstream(file) << text;
+    Milled milled;
+    options.line = [&](const MillLine& line) { milled.lines.push_back(line); };
+    const auto model = stock();
+    Result<MillSummary> summary = run_milling(*model, {file}, options);
+    if (summary)
+      milled.summary = summary.value();
+    else
+      milled.error = summary.error();
+    return milled;
+  }
+};
+
+std::string collisions_of(const Milled& milled) {
+  std::string text;
+  for (const MillCollision& c : milled.summary.collisions)
+    text += std::string(name_of(c.kind)) + " " + std::to_string(c.line) + "\n";
+  return text;
+}
+
+TEST(Milling, SlotsAndCircles) {
+  Job job;
+  job.pitch_mm = 0.2;
+  // A slot through the whole block.
+  const Milled slot = job.run("T1 M6\nG0 X-5 Y20 Z5\nG1 Z-4 F600\nX45");
+  ASSERT_EQ(slot.error, "");
+  EXPECT_NEAR(slot.summary.removed_mm3, 40 * 6 * 4, 1e-3 * 960);
+  EXPECT_NEAR(slot.summary.remaining_mm3, 32000 - 960, 1e-3 * 960);
+  EXPECT_EQ(collisions_of(slot), "");
+  // A full circle: a ring of the tool's width.
+  const Milled ring = job.run("T1 M6\nG0 X10 Y20 Z5\nG1 Z-2 F600\nG3 I10");
+  EXPECT_NEAR(ring.summary.removed_mm3, M_PI * (13 * 13 - 7 * 7) * 2, 2e-3 * 754);
+  ASSERT_EQ(ring.summary.tools.size(), 1u);
+  EXPECT_NEAR(ring.summary.tools[0].removed_mm3, ring.summary.removed_mm3, 1e-6 * 754);
+}
+
+TEST(Milling, PlantedCollisionsAreFoundAndNoneIsInvented) {
+  Job job;
+  for (const auto& [text, expected] : {
+           // A rapid move through the block, over it, and through what is cut already.
+           std::pair{"T1 M6\nG0 X-9 Y20 Z5\nG0 Z-5\nG0 X49", "rapid 4\n"},
+           {"T1 M6\nG0 X-9 Y20 Z5\nG0 X49 Z1\nG0 Y0\nG0 X-9", ""},
+           {"T1 M6\nG0 X-9 Y20 Z5\nG1 Z-5 F99\nX49\nG0 X-9\nX20\nZ9", ""},
+           // Down into material, and up along the walls of a pocket.
+           {"T1 M6\nG0 X20 Y20 Z5\nG0 Z-3\nG0 Z5", "rapid 3\n"},
+           {"T1 M6\nG0 X20 Y20 Z5\nG1 Z-9 F99\nX25.3 Y22.7\nG0 Z5", ""},
+           // Sideways deeper than the flutes, the shank rubs and the way back is closed.
+           {"T1 M6\nG0 X20 Y20 Z5\nG1 Z-14 F99\nX24\nG0 Z5", ""},
+           {"T1 M6\nG0 X20 Y20 Z5\nG1 Z-18 F99\nX24\nG0 Z5", "shank 4\nrapid 5\n"},
+           // A reduced neck follows layer by layer, until the shank arrives.
+           {"T2 M6\nG0 X20 Y20 Z5\nG1 Z-4 F99\nX25\nX20\nZ-8\nX25\nX20\nZ-11\nX25\nX20\nG0 Z5", ""},
+           {"T2 M6\nG0 X20 Y20 Z5\nG1 Z-4 F99\nX25\nX20\nZ-8\nX25\nX20\nZ-11\nX25\nX20\nZ-14\nX25\n"
+            "G0 Z5",
+            "shank 12\nshank 13\nshank 14\n"},
+           // The first move starts at an unknown place. The second one starts within the block.
+           {"T1 M6\nG0 X20 Y20 Z-5\nG0 Z5", "rapid 3\n"},
+       }) {
+    const Milled milled = job.run(text);
+    ASSERT_EQ(milled.error, "") << text;
+    EXPECT_EQ(collisions_of(milled), expected) << text;
+  }
+  // The holder: a thin wall beside the path.
+  job.block.max.z() = 45;
+  EXPECT_EQ(collisions_of(job.run("T1 M6\nG0 X-20 Y20 Z60\nG0 Z0\nG1 X-8 F99")), "holder 4\n");
+}
+
+TEST(Milling, EngagementOfSlotStepOverAndPlunge) {
+  Job job;
+  job.pitch_mm = 0.1;
+  job.block = {Vec3(0, 0, -5), Vec3(40, 20, 0)};
+  job.options.forces = true;
+  // 600 mm/min, 6000 rpm, two teeth: 0.05 mm per tooth. The second pass ends before the round end
+  // of the slot, where more is left.
+  const Milled milled = job.run(
+      "T1 M6 S6000 M3\nG0 X-5 Y10 Z5\nG1 Z-2 F600\nX10\nX30\nG0 Z5\nX-5 Y11.5\nG1 Z-2\nX10\nX25\n"
+      "G0 Z5\nX36 Y6\nZ0.5\nG1 Z-1\nZ-3");
+  ASSERT_EQ(milled.error, "");
+  const auto line = [&](int number) {
+    for (const MillLine& l : milled.lines)
+      if (l.line == number) return l;
+    return MillLine{};
+  };
+  const Engagement slot = line(5).engagement, side = line(10).engagement,
+                   plunge = line(15).engagement;
+  EXPECT_NEAR(slot.section_mm2, 12, 0.12);
+  EXPECT_NEAR(slot.depth_mm, 2, 0.02);
+  EXPECT_NEAR(slot.chip_mm, 0.05 * 2 / M_PI, 0.01 * 0.032);
+  EXPECT_NEAR(side.section_mm2, 3, 0.03);
+  EXPECT_NEAR(side.depth_mm, 2, 0.02);
+  EXPECT_NEAR(side.width_mm, 1.5, 0.03);
+  EXPECT_NEAR(side.chip_mm, 0.05 * 0.5 / std::acos(0.5), 0.01 * 0.024);
+  EXPECT_NEAR(plunge.section_mm2, M_PI * 9, 0.01 * 28.3);
+  EXPECT_NEAR(plunge.chip_mm, 0.05, 1e-3);
+  EXPECT_GT(line(5).force.force_n, line(10).force.force_n);
+  EXPECT_NEAR(line(5).force.power_w,
+              1700 * std::pow(slot.chip_mm, -0.25) * slot.removal_mm3_s / 1000, 1e-9);
+}
+
+TEST(Milling, ErrorsAndWarningsNameTheirPlace) {
+  Job job;
+  EXPECT_NE(job.run("T9 M6").error.find("p.nc:1: M6 takes tool 9"), std::string::npos);
+  EXPECT_NE(job.run("T1 M6\nG0 X1 A5").error.find("p.nc:2: A turns an axis"), std::string::npos);
+  EXPECT_NE(job.run("G41").error.find("p.nc:1: G41"), std::string::npos);
+  const Milled milled = job.run("G0 X-9 Y20 Z-2\nG1 X9 F9");
+  ASSERT_EQ(milled.error, "");
+  ASSERT_EQ(milled.summary.warnings.size(), 1u);
+  EXPECT_EQ(milled.summary.warnings[0].line, 2);
+}
+
+TEST(Milling, ThreadsDoNotChangeTheResult) {
+  std::string text = "T3 M6 S1000 M3\nG0 X20 Y20 Z5\nG1 Z-3 F500\n";
+  for (int i = 0; i < 3000; i++) {
+    char line[80];
+    std::snprintf(line, sizeof line, "X%.3f Y%.3f Z%.3f\n", 20 + 18 * std::sin(0.071 * i),
+                  20 + 17 * std::cos(0.093 * i), -4 + 3 * std::sin(0.031 * i));
+    text += line;
+  }
+  Job job;
+  std::vector<Milled> all;
+  for (const int threads : {1, 2, 8}) {
+    job.options.threads = threads;
+    all.push_back(job.run(text));
+    ASSERT_EQ(all.back().error, "");
+    EXPECT_EQ(all.back().summary.state_hash, all[0].summary.state_hash);
+    ASSERT_EQ(all.back().lines.size(), all[0].lines.size());
+    for (size_t i = 0; i < all[0].lines.size(); i++)
+      EXPECT_EQ(all.back().lines[i].removed_mm3, all[0].lines[i].removed_mm3);
+  }
+}
+
+// A height map of the bear at 0.1 mm. The path is that of LinuxCNC's listing.
+double bear_by_height_map() {
+  constexpr int kCells = 800;
+  constexpr double kCell = 0.1, kRadius = 3.175 / 2, kStep = 0.05;
+  std::vector<float> height(kCells * kCells, 0);
+  const gzFile file = gzopen((kGcode / "canon/bear.nc.canon.gz").c_str(), "rb");
+  char line[500];
+  Vec3 at(0, 0, 20);
+  const auto dip = [&](const Vec3& tip) {
+    const int x0 = std::max(0, static_cast<int>((tip.x() - kRadius) / kCell)),
+              x1 = std::min(kCells - 1, static_cast<int>((tip.x() + kRadius) / kCell)),
+              y0 = std::max(0, static_cast<int>((tip.y() - kRadius) / kCell)),
+              y1 = std::min(kCells - 1, static_cast<int>((tip.y() + kRadius) / kCell));
+    for (int y = y0; y <= y1; y++)
+      for (int x = x0; x <= x1; x++) {
+        const double dx = (x + 0.5) * kCell - tip.x(), dy = (y + 0.5) * kCell - tip.y();
+        const double rest = kRadius * kRadius - dx * dx - dy * dy;
+        if (rest <= 0) continue;
+        float& h = height[static_cast<size_t>(y * kCells + x)];
+        h = std::min(h, static_cast<float>(tip.z() + kRadius - std::sqrt(rest)));
+      }
+  };
+  while (file && gzgets(file, line, sizeof line)) {
+    const std::string text = line;
+    if (text.find("STRAIGHT_") == std::string::npos) continue;
+    Vec3 to;
+    if (std::sscanf(line + text.find('('), "(%lf, %lf, %lf", &to.x(), &to.y(), &to.z()) != 3)
+      continue;
+    const int steps = std::max(1, static_cast<int>(std::ceil((to - at).norm() / kStep)));
+    if (std::min(to.z(), at.z()) < 0)
+      for (int i = 0; i <= steps; i++) dip(at + (to - at) * (static_cast<double>(i) / steps));
+    at = to;
+  }
+  if (file) gzclose(file);
+  double removed = 0;
+  for (const float h : height) removed -= std::max(h, -20.0f) * kCell * kCell;
+  return removed;
+}
+
+TEST(Milling, BearEqualsAHeightMap) {
+  if (!fs::exists(kGcode)) GTEST_SKIP() << "../shared/gcode is not here; nothing to test with";
+  const Result<MillProject> project = read_camotics(kGcode / "bear.camotics");
+  ASSERT_TRUE(project) << project.error();
+  MillStockOptions how;
+  how.pitch_mm = *project.value().pitch_mm;
+  auto model = make_mill_stock(*project.value().workpiece_mm, how);
+  ASSERT_TRUE(model) << model.error();
+  MillOptions options;
+  options.tools = project.value().tools;
+  const auto summary = run_milling(*model.value(), project.value().programs, options);
+  ASSERT_TRUE(summary) << summary.error();
+  const double dense = bear_by_height_map();
+  std::printf("removed %.1f mm3, height map %.1f mm3\n", summary.value().removed_mm3, dense);
+  EXPECT_NEAR(summary.value().removed_mm3, dense, 2e-4 * dense);
+  EXPECT_TRUE(summary.value().collisions.empty());
+}
+
+}  // namespace
+}  // namespace kibori
