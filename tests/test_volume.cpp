@@ -201,5 +201,32 @@ TEST(Volume, RandomCutsAddUpToWhatIsMissing) {
   EXPECT_NEAR(removed + model.volume_mm3(), before, 1e-6 * before);
 }
 
+// Pockets are cut in passes whose walls and floors lie on the same planes of nodes.
+TEST(Volume, PassesSideBySideOnNodesAddUp) {
+  Random random;
+  SCOPED_TRACE(random.note());
+  for (int round = 0; round < 40; round++) {
+    const double pitch = random.integer(0, 1) ? 0.5 : 0.31;
+    TriDexel model = block_of(Vec3(30.1, 20.1, 10), pitch, 1);
+    const auto to_node = [&](double x) { return pitch * (std::floor(x / pitch) + 0.5); };
+    double before = model.volume_mm3();
+    for (int pass = 0; pass < 8; pass++) {
+      const double width = to_node(random.uniform(2, 4));
+      const Tool tool = random.integer(0, 1) ? Tool(BoxTool{Vec3(width, to_node(4), 12)})
+                                             : Tool(Flat{width / 2, 12});
+      const Vec3 at = model.lattice().origin_mm + Vec3(to_node(random.uniform(0, 28)),
+                                                       to_node(random.uniform(0, 18)),
+                                                       to_node(random.uniform(4, 9)));
+      const double path = pitch * std::round(random.uniform(-6, 6) / pitch);
+      DirectTool stroke(model, Pose{at, rotation(Vec3::Zero())});
+      const double removed =
+          go(stroke, tool, at + path * Vec3::Unit(random.integer(0, 1)), energy_of(1)).removed_mm3;
+      const double now = model.volume_mm3();
+      ASSERT_NEAR(before - now, removed, 1e-6 * before) << "round " << round << ", pass " << pass;
+      before = now;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace kibori

@@ -125,8 +125,6 @@ bool CanonListing::set_state(const Call& call) {
   } else if (name == "PROGRAM_END") {
     add(ProgramEnd{});
     ended_ = true;
-  } else if (name == "MESSAGE") {
-    add(OperatorMessage{std::string(call.text)});
   } else {
     return false;
   }
@@ -198,12 +196,16 @@ Status CanonListing::run(std::string_view line, int number, std::vector<CanonMov
                                         ? std::string_view::npos
                                         : close - open - 1);
   if (call.name == "COMMENT") return Ok{};
+  if (call.name == "MESSAGE") {
+    add(OperatorMessage{std::string(call.text)});
+    return Ok{};
+  }
   for (size_t at = 0; at < call.text.size() && call.count < kMaxArguments;) {
     double value = 0;
     const auto [end, error] =
         std::from_chars(call.text.data() + at, call.text.data() + call.text.size(), value);
     if (error == std::errc() && std::isfinite(value)) {
-      if (call.name != "MESSAGE" && std::abs(value) > kMaxGcodeNumber)
+      if (std::abs(value) > kMaxGcodeNumber)
         return Error{std::string(call.name) + " has a number that is too large"};
       call.numbers[call.count++] = value;
       at = static_cast<size_t>(end - call.text.data());

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// What tests of the page in a real browser share: a studio as a process of its own, Chromium, and
-// ways to wait. A test calls run(parts): each part is a function whose name KIBORI_PART chooses.
-// The program's arguments are KIBORI [SCREENSHOTS' FOLDER]. The page's policy forbids eval, so what
-// is waited for is asked again and again.
+// Helpers for tests of the page in a real browser: a studio as a separate process, Chromium, and
+// functions that wait. A test calls run(parts). Each part is a function, and KIBORI_PART can choose
+// one by name. The program's arguments are KIBORI [SCREENSHOTS' FOLDER]. The page's policy forbids
+// eval, so waiting means asking repeatedly.
 import { execFileSync, spawn } from "node:child_process";
 import { chmodSync, existsSync, mkdtempSync, readdirSync, readFileSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -14,7 +14,7 @@ let chromium;
 try {
   ({ chromium } = await import("../../web/node_modules/playwright-core/index.mjs"));
 } catch {
-  // No matter why.
+  // The reason does not matter.
 }
 if (!chromium || !existsSync(chromiumPath)) {
   console.log(
@@ -33,12 +33,12 @@ export const check = (what, holds) => {
   passed++;
 };
 
-/** So long a wait may last beside other work, before its test fails [s]. */
+/** A test fails if a wait takes longer than this, even next to other work [s]. */
 const PATIENCE = 240;
 
 const studios = [];
 export class Studio {
-  said = "";
+  output = "";
   printed = "";
   static async start(...words) {
     const studio = new Studio();
@@ -50,19 +50,19 @@ export class Studio {
       studio.process.on("exit", (code, signal) => done(code ?? signal)),
     );
     studio.url = await new Promise((found, failed) => {
-      studio.process.stderr.on("data", (text) => (studio.said += text));
+      studio.process.stderr.on("data", (text) => (studio.output += text));
       studio.process.stdout.on("data", (text) => {
         studio.printed += text;
         const address = /http:\S+/.exec(String(text));
         if (address) found(address[0]);
       });
-      studio.process.on("exit", () => failed(new Error(`the studio ended: ${studio.said}`)));
+      studio.process.on("exit", () => failed(new Error(`the studio ended: ${studio.output}`)));
     });
     return studio;
   }
   /**
-   * The address for another browser, which the studio prints when one asks by the address that was
-   * used.
+   * The address for another browser. The studio prints it when a browser asks with the used
+   * address.
    */
   async another() {
     const used = new URL(this.url),
@@ -93,7 +93,7 @@ export const launch = (more = []) =>
       "--use-gl=angle",
       "--use-angle=swiftshader",
       "--enable-unsafe-swiftshader",
-      // Each frame of a window costs SwiftShader 45 ms of a processor, if it also composites.
+      // Each frame of a window costs SwiftShader 45 ms of processor time if it also composites.
       "--disable-gpu-compositing",
       ...more,
     ],
@@ -102,17 +102,16 @@ export const browser = await launch();
 
 export const complaints = [];
 /**
- * Contexts whose pages draw all the time. Without a graphics card a frame costs 80 ms of a
- * processor.
+ * Contexts whose pages always draw. Without a graphics card a frame costs 80 ms of processor time.
  */
 const drawing = new WeakSet();
 const quiet = (page) => !pictures && !drawing.has(page.context());
 /**
- * A new window. It draws the piece only where a test waits for what it does, not during a gesture;
- * with `draws` it draws all the time. The rest of `more` is for the browser.
+ * Opens a new window. It draws the piece only while a test waits for a result, not during a
+ * gesture. With `draws` it always draws. The rest of `more` is for the browser.
  */
 export async function open(size, { draws = false, ...more } = {}, from = browser) {
-  // Where no one looks at pictures, a quarter of the pixels is drawn. The view turns at once.
+  // If no pictures are taken, draw a quarter of the pixels. The view turns at once.
   const deviceScaleFactor = pictures ? 1 : 0.5;
   const context = await from.newContext({
     viewport: size,
@@ -138,16 +137,16 @@ export async function open(size, { draws = false, ...more } = {}, from = browser
   page.on("pageerror", (error) => complaints.push(error.message));
   return page;
 }
-// With the token, which then gives way to the page.
+// Enters with the token. The page then removes it from the address.
 export async function enter(page, url, from = url) {
   await page.goto(from);
   await page.waitForURL(`${new URL(url).origin}/`);
 }
-/** The bytes of what the studio answers to the page's key. */
+/** The bytes of the studio's answer to a request with the page's key. */
 export async function fetched(page, path) {
-  // As text: numbers one by one take a minute for a few MB.
-  const url = await page.evaluate(async (asked) => {
-    const answer = await fetch(asked, {
+  // Transfer as text. An array of numbers takes a minute for a few MB.
+  const url = await page.evaluate(async (address) => {
+    const answer = await fetch(address, {
       headers: { Authorization: `Bearer ${localStorage.getItem("kibori-key")}` },
     });
     const reader = new FileReader();
@@ -158,7 +157,7 @@ export async function fetched(page, path) {
   }, path);
   return Buffer.from(url.slice(url.indexOf(",") + 1), "base64");
 }
-/** The document that was begun last. */
+/** The newest document. */
 export const newest = () =>
   join(
     folder,
@@ -168,11 +167,14 @@ export const newest = () =>
       .sort()
       .at(-1),
   );
-/** It is carved again by the command line, step by step, to the same hashes. */
+/** The command line replays the document step by step to the same hashes. */
 export const verified = () =>
-  /all is as it was written/.test(execFileSync(kibori, ["verify", newest()], { encoding: "utf8" }));
+  /steps, .*no differences/.test(execFileSync(kibori, ["verify", newest()], { encoding: "utf8" }));
 export const state = (page) => page.evaluate(() => ({ ...document.body.dataset }));
-/** Asks until the answer holds, and returns it. `what`: a sentence, or a function that returns one. */
+/**
+ * Asks until the answer is truthy, and returns it. `what`: a sentence, or a function that returns
+ * one.
+ */
 export async function eventually(what, ask) {
   const end = Date.now() + 1000 * PATIENCE;
   for (;;) {
@@ -183,7 +185,7 @@ export async function eventually(what, ask) {
     await new Promise((done) => setTimeout(done, 50));
   }
 }
-/** The page's state, once it holds. */
+/** Waits until the page's state satisfies `holds`. Returns the state. */
 export const until = (page, what, holds) =>
   eventually(
     async () =>
@@ -194,11 +196,12 @@ export const until = (page, what, holds) =>
     },
   );
 /**
- * Real time that belongs to a gesture: between two places of a stroke, or while a hand holds still.
- * It is for nothing else: a test that waits for the page or the studio waits for what it expects.
+ * Real time that belongs to a gesture: between two positions of a stroke, or while a hand holds
+ * still. Do not use it for anything else. A test that waits for the page or the studio waits for
+ * the expected result.
  */
 export const pace = (page, ms) => page.waitForTimeout(ms);
-/** What the page promises, if it comes in time: a page that hangs fails its test. */
+/** Waits for a promise of the page with a time limit. A page that hangs fails its test. */
 async function within(what, promise) {
   let timer;
   const late = new Promise((_, fail) => {
@@ -210,7 +213,7 @@ async function within(what, promise) {
     clearTimeout(timer);
   }
 }
-/** That many frames of the browser; after two, what the page was asked for before is drawn. */
+/** Waits for a number of browser frames. After two, everything requested before is drawn. */
 export const frames = (page, count = 2) =>
   within(
     `${count} frames`,
@@ -218,7 +221,7 @@ export const frames = (page, count = 2) =>
       for (let i = 0; i < n; i++) await new Promise((done) => requestAnimationFrame(done));
     }, count),
   );
-/** That many reports of the studio's state, of which there are up to 20 a second. */
+/** Waits for a number of the studio's state reports, of which there are up to 20 per second. */
 export const reports = (page, count) =>
   within(
     `${count} reports`,
@@ -226,18 +229,21 @@ export const reports = (page, count) =>
       for (let i = 0; i < n; i++) await window.kibori.nextState();
     }, count),
   );
-/** The studio has handled all that the page has sent, and the page shows the state after it. */
+/**
+ * Waits until the studio has handled all messages of the page, and the page shows the state after
+ * them.
+ */
 export const answered = (page) =>
   within(
     "the studio answers",
     page.evaluate(() => window.kibori.answered()),
   );
-/** All chunks are there. */
+/** Waits until all chunks have arrived. */
 export const whole = (page) =>
   eventually("all of it is there", () => page.evaluate(() => window.kibori.whole()));
 /**
- * The page has the surface that the studio has now. The studio sends chunks before it reports the
- * state; those that change while others are under way come with its next answer.
+ * Waits until the page has the studio's current surface. The studio sends chunks before it reports
+ * the state. Chunks that change while others are in transit come with its next answer.
  */
 export async function current(page) {
   await answered(page);
@@ -245,21 +251,21 @@ export async function current(page) {
   await visible(page);
 }
 /**
- * All chunks are there, and drawn as well as can be, on a page that draws all the time. This takes
- * a second or more in software: only a test that compares pictures waits for it.
+ * Waits until all chunks have arrived and are drawn at full quality, on a page that always draws.
+ * This takes a second or more in software. Only tests that compare pictures wait for it.
  */
 export const drawn = (page) =>
   eventually("all is drawn", () =>
     page.evaluate(() => window.kibori.whole() && window.kibori.settled()),
   );
-/** All chunks are there and drawn; as well as can be, where someone looks at pictures. */
+/** Waits until all chunks have arrived and are drawn, at full quality if pictures are taken. */
 export async function visible(page) {
   await whole(page);
   if (pictures) return drawn(page);
   if (quiet(page)) await page.evaluate(() => window.kibori.draw());
   await frames(page);
 }
-/** What the state says of `of` stays the same over `count` reports of the studio in a row. */
+/** Waits until `of` the state is the same in `count` consecutive reports. */
 export async function steady(page, of = JSON.stringify, count = 4) {
   await answered(page);
   await eventually("the state rests", async () => {
@@ -269,50 +275,61 @@ export async function steady(page, of = JSON.stringify, count = 4) {
   });
 }
 /**
- * Nothing goes on any more: all that was asked for is answered, several reports of the studio in a
- * row say the same, and all chunks are there. Returns the state.
+ * Waits until nothing changes: all requests are answered, several consecutive reports are equal,
+ * and all chunks have arrived. Returns the state.
  */
 export async function atRest(page) {
   await steady(page);
   await visible(page);
   return state(page);
 }
-/** The state after `step`, once the newer step has a hash and the page has its surface. */
+/** Waits for a step newer than `step` with a hash and its surface. Returns the state. */
 export async function after(page, step) {
   await until(page, "a step", (s) => Number(s.step) > Number(step) && !/^0*$/.test(s.hash));
   await current(page);
   return state(page);
 }
-/** Moves the pointer there without a button, until the page has drawn what it is over. */
+/** Moves the pointer without a button and waits until the page has drawn what is under it. */
 export async function hover(page, x, y) {
   await page.mouse.move(x, y);
   await frames(page);
 }
 /**
- * A stroke by the pointer through these places, in `steps` moves from each to the next; the hand
- * holds still at its end [ms]. key: is held meanwhile.
+ * A pointer stroke through these positions, in `steps` moves from each to the next. The hand holds
+ * still at its end [ms]. `key` is held down meanwhile.
  */
 export async function drag(page, places, { steps = 6, hold = 100, key = null } = {}) {
   await hover(page, places[0].x, places[0].y);
-  await pace(page, 200); // a hand rests before it presses; the tool that was chosen is there by then
+  await pace(page, 200); // a hand rests before it presses; the chosen tool is active by then
   if (key) await page.keyboard.down(key);
   await page.mouse.down();
   for (const [i, { x, y }] of places.entries())
     if (i > 0) {
-      const way = Math.hypot(x - places[i - 1].x, y - places[i - 1].y);
-      await page.mouse.move(x, y, { steps: typeof steps === "function" ? steps(way) : steps });
+      const distance = Math.hypot(x - places[i - 1].x, y - places[i - 1].y);
+      await page.mouse.move(x, y, { steps: typeof steps === "function" ? steps(distance) : steps });
     }
   await pace(page, hold);
   await page.mouse.up();
   if (key) await page.keyboard.up(key);
 }
-/** Looks along a key's direction. */
+/** Uses a control of a popover: opens the popover, calls `use` with the control, and closes it. */
+export async function inPopover(page, control, use) {
+  const one = page.locator(control).first();
+  await one.evaluate((element) => {
+    const popover = element.closest("[popover]");
+    if (!popover.matches(":popover-open")) popover.showPopover();
+  });
+  await use(one);
+  // The control may be gone.
+  await page.evaluate(() => document.querySelector("[popover]:popover-open")?.hidePopover());
+}
+/** Looks along the direction of a key. */
 export async function lookBy(page, key) {
   await page.locator("#view").focus();
   await page.keyboard.press(key);
   await visible(page);
 }
-/** Presses a key until the state holds; between two presses the studio can follow. */
+/** Presses a key until the state satisfies `holds`. The studio can follow between two presses. */
 export const pressUntil = (page, key, what, holds) =>
   eventually(what, async () => {
     const now = await state(page);
@@ -323,7 +340,10 @@ export const pressUntil = (page, key, what, holds) =>
   });
 export const show = async (page, name) =>
   pictures && page.screenshot({ path: join(pictures, `${name}.png`) });
-/** All of the piece, in its place: the view follows the panels, which grow as they are filled. */
+/**
+ * Waits until the whole piece is shown in its place. The view follows the panels, which grow as
+ * they are filled.
+ */
 export async function shown(page) {
   const now = await until(
     page,
@@ -346,8 +366,8 @@ export const started = (page) =>
   until(page, "the choice to begin with", (s) => s.shown === "start");
 
 /**
- * Runs the parts one after another, and ends the process: 0 if every check held and the page
- * complained of nothing.
+ * Runs the parts one after another and ends the process. The status is 0 if every check passed and
+ * the page reported no errors.
  */
 export async function run(parts) {
   try {
@@ -358,8 +378,10 @@ export async function run(parts) {
       await part();
       console.log(`${part.name}: ${((Date.now() - from) / 1000).toFixed(1)} s`);
     }
-    // A line that breaks is no fault of the page, nor is a file that the studio refuses.
-    const faults = complaints.filter((text) => !/WebSocket|ERR_CONNECTION|403|415|422/.test(text));
+    // A broken connection and a file that the studio refuses are not the page's errors.
+    const faults = complaints.filter(
+      (text) => !/WebSocket|ERR_CONNECTION|ERR_EMPTY_RESPONSE|403|415|422/.test(text),
+    );
     check(`the page complains of nothing: ${faults.join("; ")}`, faults.length === 0);
     console.log(`${passed} checks held`);
   } catch (error) {
@@ -367,7 +389,8 @@ export async function run(parts) {
     process.exitCode = 1;
   } finally {
     await browser.close();
-    for (const { process: left } of studios) if (left.exitCode === null) left.kill("SIGKILL"); // of a check that failed
+    // After a failed check.
+    for (const { process: left } of studios) if (left.exitCode === null) left.kill("SIGKILL");
     chmodSync(folder, 0o700);
     rmSync(folder, { recursive: true, force: true });
   }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The page for who can't see it, can't use a pointer, or needs it otherwise: axe finds nothing on
-// any page, dialog and layout, light and dark; keys alone do all but carve; the focus is seen, and
-// goes back. Usage: as test_studio.mjs
+// Accessibility of the page. axe finds no problem on any page, dialog and layout, light and dark.
+// Keys alone do everything except carving. The focus is visible and returns. Usage: as
+// test_studio.mjs
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import {
@@ -26,8 +26,8 @@ const AXE = readFileSync(
   "utf8",
 );
 const TAGS = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "best-practice"];
-// The page's own policy lets no other script in.
-const BESIDE = { bypassCSP: true };
+// The page's policy blocks other scripts, so bypass it for axe.
+const BYPASS_CSP = { bypassCSP: true };
 
 async function finds(page, where) {
   if (!(await page.evaluate(() => "axe" in window))) await page.addScriptTag({ content: AXE });
@@ -48,7 +48,7 @@ async function finds(page, where) {
   check(`axe looked at ${where}`, found.rules > 10);
 }
 
-/** Tab by tab until the focus is there; it must be seen on the way. */
+/** Presses Tab until the element has the focus. The focus must be visible at every stop. */
 async function tabTo(page, selector, key = "Tab") {
   for (let i = 0; i < 120; i++) {
     await page.keyboard.press(key);
@@ -71,10 +71,10 @@ async function tabTo(page, selector, key = "Tab") {
 
 async function keysAlone() {
   const studio = await Studio.start();
-  const page = await open({ width: 1000, height: 700 }, BESIDE);
+  const page = await open({ width: 1000, height: 700 }, BYPASS_CSP);
   await enter(page, studio.url);
   await started(page);
-  // Begins a piece.
+  // Begin a piece.
   await tabTo(page, "#detail", "Shift+Tab");
   await page.keyboard.press("ArrowUp");
   check("a coarse one", (await page.locator("#detail").inputValue()) === "192");
@@ -82,7 +82,7 @@ async function keysAlone() {
   await page.keyboard.type("by keys");
   await page.keyboard.press("Enter");
   const first = await shown(page);
-  // The focus is at the piece, and the first stop of the page leads there; the arrows look.
+  // The focus is at the piece, and the page's first stop leads there. The arrows turn the view.
   const atPiece = () => page.evaluate(() => document.activeElement.id === "view");
   check("the focus goes to the piece", await atPiece());
   await tabTo(page, ".skip", "Shift+Tab");
@@ -110,7 +110,7 @@ async function keysAlone() {
     before = now;
   }
   await page.keyboard.press("Home");
-  // Chooses a tool and its size.
+  // Choose a tool and its size.
   await tabTo(page, "#shapes input", "Shift+Tab");
   for (let i = 0; i < 2; i++) await page.keyboard.press("ArrowRight");
   check("a shape", (await page.locator("#shape-out").textContent()) === "End mill");
@@ -118,7 +118,7 @@ async function keysAlone() {
   await page.keyboard.type("3");
   await page.keyboard.press("Enter");
   check("a size", (await page.locator("#size").inputValue()) === "3");
-  // A cut, which needs a hand, is undone by keys, and that is said.
+  // Cutting needs a pointer. Undo it by keys; the page announces it.
   const at = await page.evaluate(() => {
     for (let x = 300; x < 900; x += 20)
       for (let y = 100; y < 600; y += 20)
@@ -168,7 +168,7 @@ async function keysAlone() {
 async function axeFindsNothing() {
   const file = join(folder, "access.kibori");
   const studio = await Studio.start();
-  const page = await open({ width: 1280, height: 720 }, BESIDE);
+  const page = await open({ width: 1280, height: 720 }, BYPASS_CSP);
   await enter(page, studio.url);
   await started(page);
   const both = async (where) => {
@@ -201,7 +201,7 @@ async function axeFindsNothing() {
     }
   }
   for (const fold of await page.locator(".fold[aria-expanded=false]").all()) await fold.click();
-  // Panels that are of one tool, or asked for.
+  // Panels that belong to one tool or open on request.
   await page.locator('#shapes input[aria-label="Stamp"]').check({ force: true });
   for (const what of ["0", "1"]) {
     await page.locator("#stamp-what").selectOption(what);
@@ -212,7 +212,7 @@ async function axeFindsNothing() {
   await page.locator("#faults").waitFor();
   await both("the check before printing");
   await page.keyboard.press("Shift+P");
-  // Every dialog of the page, also one that has no button yet; each fits into a small window, or
+  // Every dialog of the page, even one without a button yet. Each fits into a small window or
   // scrolls.
   for (const id of await page.evaluate(() =>
     [...document.querySelectorAll("dialog")].map((dialog) => dialog.id),
@@ -250,7 +250,7 @@ async function axeFindsNothing() {
     }
   }
   await page.setViewportSize({ width: 1280, height: 720 });
-  // What the messages say, and who watches.
+  // The messages, and the note about watching.
   const watcher = await page.context().newPage();
   await watcher.goto(new URL(studio.url).origin);
   await watcher.locator("#watching").waitFor();
@@ -263,7 +263,7 @@ async function axeFindsNothing() {
     document.getElementById("work-what").textContent = "Reading …";
   });
   await both("messages");
-  // Without colours of its own, and without motion.
+  // With forced colours and reduced motion.
   await page.emulateMedia({ forcedColors: "active", reducedMotion: "reduce" });
   await show(page, "forced-colors");
   await page.context().close();
@@ -272,7 +272,7 @@ async function axeFindsNothing() {
   const made = await Studio.start(file);
   check("one more studio ends well", (await made.end()) === 0);
   const reader = await Studio.start(file, "--read-only");
-  const looks = await open({ width: 1280, height: 720 }, BESIDE);
+  const looks = await open({ width: 1280, height: 720 }, BYPASS_CSP);
   await enter(looks, reader.url);
   await shown(looks);
   await finds(looks, "a document that is only looked at");

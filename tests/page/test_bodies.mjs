@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Bodies in a real browser: cut along lines that the pointer draws, worked on, moved, turned, joined
-// and so on; what strokes sever; and the command line carves all of it again from the document.
-// Usage: node test_bodies.mjs KIBORI [SCREENSHOTS]
+// Bodies in a real browser: cut along drawn lines, chosen, moved, turned, joined and so on. Also
+// the pieces that strokes sever. The command line then replays everything from the document. Usage:
+// node test_bodies.mjs KIBORI [SCREENSHOTS]
 import { execFileSync } from "node:child_process";
 import {
   after,
@@ -35,7 +35,7 @@ async function begun(page) {
   await page.locator("#view").focus();
   return page.evaluate(() => window.kibori.onScreen(window.kibori.middle()));
 }
-/** The state and the list, once a later step has come and the surface has followed. */
+/** The state and the list of bodies after a later step, with its surface. */
 const listed = async (page, step) => ({
   ...(await after(page, step)),
   list: await bodies(page),
@@ -52,7 +52,7 @@ const bodies = (page) =>
   );
 const active = (page, id) =>
   page.locator(`#bodies-box[data-active="${id}"]`).waitFor({ state: "attached" });
-const told = () =>
+const reported = () =>
   JSON.parse(execFileSync(kibori, ["bodies", newest(), "--json"], { encoding: "utf8" }));
 const click = (page, id) => page.locator(`#body-${id}`).click();
 const row = (page, id) => page.locator(`#body-list li[data-body="${id}"]`);
@@ -71,7 +71,7 @@ async function everyVerb() {
   let last = await state(page);
   check("there is one body", (await bodies(page)).length === 1);
 
-  // Cut off with the key and a straight line; what comes off is a body of its own.
+  // Cut with the key and a straight line. The cut part becomes a separate body.
   await page.locator("#view").focus();
   await page.keyboard.press("k");
   check("the page says how", /Draw a line/.test(await page.locator("#notice").textContent()));
@@ -85,7 +85,7 @@ async function everyVerb() {
   check("cut: nothing is lost", Math.abs(Number(last.volume) / whole - 1) < 1e-6);
   await show(page, "bodies-cut");
 
-  // Moved away, so that it can be seen.
+  // Move it away, so that it is visible.
   await row(page, 2).locator(".name").click();
   await active(page, 2);
   await click(page, "move");
@@ -102,7 +102,7 @@ async function everyVerb() {
   last = await listed(page, last.step);
   await show(page, "bodies-moved");
 
-  // A stroke on the body that was moved and turned goes where the pointer is.
+  // A stroke on the moved and turned body cuts at the pointer.
   const at = await page.evaluate((m) => {
     for (let x = m.x + 330; x > m.x + 80; x -= 4)
       for (const y of [m.y, m.y + 30, m.y - 30])
@@ -134,7 +134,7 @@ async function everyVerb() {
   }
   check(`duplicate: three bodies (${last.list.length})`, last.list.length === 3);
 
-  // Hidden, locked and named.
+  // Hide, lock and name a body.
   await row(page, 3).locator(".visible").click();
   last = await listed(page, last.step);
   check("hide: it is not shown", !last.list[2].visible);
@@ -154,7 +154,7 @@ async function everyVerb() {
   last = await listed(page, last.step);
   check("rename", last.list[1].name === "Lid <b>");
 
-  // With others.
+  // Combine it with other bodies.
   await row(page, 1).locator(".name").click();
   await active(page, 1);
   await row(page, 3).locator(".visible").click();
@@ -168,7 +168,7 @@ async function everyVerb() {
   }
   check(`join: two bodies (${last.list.length})`, last.list.length === 2);
   await click(page, "separate");
-  await atRest(page); // a body in one piece may not be a step
+  await atRest(page); // separating a body in one piece may make no step
   await row(page, 3).locator(".name").click();
   await active(page, 3);
   last = await state(page);
@@ -176,7 +176,7 @@ async function everyVerb() {
   last = await listed(page, last.step);
   check("delete", !last.list.some((body) => body.id === 3));
 
-  // Back to the beginning and forth again.
+  // Undo to the beginning, then redo everything.
   const head = await state(page);
   for (let at = Number(head.step); at > 1; at = Number((await state(page)).step)) {
     await page.locator("#undo").click();
@@ -191,8 +191,8 @@ async function everyVerb() {
   }
   await until(page, "the end again", (s) => s.step === head.step && s.hash === head.hash);
   await close(page);
-  check("the command line comes to the same", verified());
-  const list = told();
+  check("the command line gives the same result", verified());
+  const list = reported();
   check(
     "every body is closed",
     list.every((body) => body.closed),
@@ -200,7 +200,7 @@ async function everyVerb() {
   await studio.end();
 }
 
-/** What strokes sever: a slab, sawn off, is cut through by a stroke. */
+/** Severed pieces: a stroke cuts through a slab that was sawn off. */
 async function crumbs() {
   const studio = await Studio.start();
   const page = await open(SIZE);
@@ -208,7 +208,7 @@ async function crumbs() {
   const middle = await begun(page);
   await page.locator("#bodies-box summary").click();
   let last = await state(page);
-  // A slab of some mm at the front, as it is seen from above.
+  // A slab of some mm at the front, seen from above.
   await lookBy(page, "7");
   const edge = await page.evaluate((m) => {
     let y = m.y;
@@ -252,7 +252,7 @@ async function crumbs() {
   last = await through(middle.x + 40);
   check("half of a slab becomes a body", last.list.length === slab + 1);
   await show(page, "bodies-slab");
-  // An end of it falls away.
+  // One end of it falls away.
   await page.locator("#crumbs").selectOption("fall");
   const right = await page.evaluate(
     (p) => {
@@ -271,10 +271,10 @@ async function crumbs() {
   await show(page, "bodies-fallen");
   const { hash } = last;
   await close(page);
-  check("the command line comes to the same", verified());
+  check("the command line gives the same result", verified());
   check(
     "every body is closed",
-    told().every((body) => body.closed),
+    reported().every((body) => body.closed),
   );
   check("a hash", hash.length > 8);
   await studio.end();

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Carvers' tools and guided strokes in a real browser: each tool is picked up once and driven by the
-// pointer at its defaults, and what the page shows is what the command line carves again; strokes on
-// lines, circles and the way of another stroke; a hand that is steadied; stamps of letters, of a
-// picture and of a mesh.
+// Carvers' tools and guided strokes in a real browser. The pointer uses each tool once at its
+// defaults, and the command line replays the page's result. Strokes follow lines, circles and the
+// path of another stroke. Also a steadied hand, and stamps of letters, a picture and a mesh.
+//
 // Usage: node test_carver.mjs KIBORI [SCREENSHOTS]
 import {
   after,
@@ -26,6 +26,7 @@ import {
   until,
   verified,
   pace,
+  inPopover,
 } from "./harness.mjs";
 
 const SIZE = { width: 1280, height: 800 };
@@ -39,9 +40,9 @@ async function begun(page, wood) {
   await lookBy(page, "7");
   return page.evaluate(() => window.kibori.onScreen(window.kibori.middle()));
 }
-/** A stroke by the pointer through these places, in up to eight moves from each to the next. */
+/** A pointer stroke through these positions, in up to eight moves from each to the next. */
 const stroke = (page, places) =>
-  drag(page, places, { steps: (way) => Math.min(8, Math.ceil(way / 8)) });
+  drag(page, places, { steps: (distance) => Math.min(8, Math.ceil(distance / 8)) });
 async function ended(page, studio) {
   await page.locator("#view").focus();
   await page.keyboard.press("Control+o");
@@ -89,7 +90,8 @@ async function everyTool() {
     const now = await after(page, last.step);
     check(`${name} cuts`, Number(last.volume) - Number(now.volume) > 5);
     if (leads && i < 2) {
-      // Its channel is as deep as it was told in the middle (as far as a pixel can tell), and ends at the surface on both sides.
+      // In the middle the channel has the set depth, within the precision of a pixel. It ends at
+      // the surface on both sides.
       const depth = (x) => at(page, { x: middle.x + x, y }).then((p) => top - p[2]);
       const [before, within, behind] = [await depth(-180), await depth(0), await depth(180)];
       check(`${name} is 2 mm deep (${within})`, within > 1.6 && within < 2.1);
@@ -127,10 +129,13 @@ async function guidedStrokes() {
     await atRest(page);
   };
 
-  // A line along the axes: the hand wanders, the cut does not.
-  await page.locator("#guide").selectOption("line");
-  check("a line asks for directions", await page.locator("#snaps").isVisible());
-  await page.locator("#snap").selectOption("90");
+  // A line along the axes. The hand wanders, but the cut stays straight.
+  await inPopover(page, "#guide", (one) => one.selectOption("line"));
+  check(
+    "a line asks for directions",
+    await page.locator("#snaps").evaluate((part) => !part.hidden),
+  );
+  await inPopover(page, "#snap", (one) => one.selectOption("90"));
   await go([
     [-150, 0],
     [-60, 8],
@@ -144,8 +149,10 @@ async function guidedStrokes() {
   await undone();
 
   // A circle about the middle.
-  await page.locator("#guide").selectOption("circle");
-  check("which circle is told", await page.locator("#circle-help").isVisible());
+  await inPopover(page, "#guide", (one) => one.selectOption("circle"));
+  await inPopover(page, "#guide", async () =>
+    check("the circle is explained", await page.locator("#circle-help").isVisible()),
+  );
   const round = Array.from({ length: 13 }, (_, i) => {
     const a = (i * Math.PI) / 8,
       r = i === 0 ? 100 : 100 + (i % 2 ? 14 : -12);
@@ -161,8 +168,8 @@ async function guidedStrokes() {
   await show(page, "guide-circle");
   await undone();
 
-  // The way of another stroke, which was only felt.
-  await page.locator("#guide").selectOption("none");
+  // The path of another stroke, which only touched the wood.
+  await inPopover(page, "#guide", (one) => one.selectOption("none"));
   await page.locator("input[name=mode][value=touch]").check({ force: true });
   const wave = Array.from({ length: 21 }, (_, i) => [-150 + 15 * i, 40 * Math.sin(i / 3)]);
   await stroke(
@@ -170,7 +177,7 @@ async function guidedStrokes() {
     wave.map(([x, y]) => ({ x: middle.x + x, y: middle.y + y })),
   );
   await page.locator("input[name=mode][value=cut]").check({ force: true });
-  await page.locator("#guide").selectOption("curve");
+  await inPopover(page, "#guide", (one) => one.selectOption("curve"));
   check("a stroke was made", !(await page.locator("#curve-help").isVisible()));
   await go(wave.map(([x, y], i) => [x, y + (i % 2 && i > 1 ? 9 : 0)]));
   for (const i of [6, 9, 12, 15]) {
@@ -178,19 +185,22 @@ async function guidedStrokes() {
     check(`the cut is on the curve at ${x}`, (await depth(x, y)) > 1.4);
   }
   await show(page, "guide-curve");
-  await page.locator("#guide").selectOption("none");
+  await inPopover(page, "#guide", (one) => one.selectOption("none"));
 
-  // A string between the hand and the tool: the tremor is not carved.
-  await page.locator("#steady").fill("5");
-  check("the string is told", (await page.locator("#steady-out").textContent()) === "5.0 mm");
+  // A string between hand and tool. The hand's tremor is not carved.
+  await inPopover(page, "#steady", (one) => one.fill("5"));
+  check(
+    "the string's length is shown",
+    (await page.locator("#steady-out").textContent()) === "5.0 mm",
+  );
   await go(Array.from({ length: 60 }, (_, i) => [-150 + 5 * i, 100 + (i % 2 ? 7 : -7)]));
   for (const x of [-60, 0, 60]) check(`the string steadies at ${x}`, (await depth(x, 122)) < 0.05);
   await show(page, "guide-steady");
-  await page.locator("#steady").fill("0");
+  await inPopover(page, "#steady", (one) => one.fill("0"));
 
-  // A brush follows a guide as well: where it puffs up the wood is a straight ridge.
-  await page.locator("#guide").selectOption("line");
-  await page.locator("input[name=mode][value=inflate]").check({ force: true });
+  // A brush follows a guide too. Inflating along a line makes a straight ridge.
+  await inPopover(page, "#guide", (one) => one.selectOption("line"));
+  await page.locator("input[name=brush][value=inflate]").check({ force: true });
   await page.locator("#size").fill("3");
   await go([
     [-140, -100],
@@ -199,21 +209,24 @@ async function guidedStrokes() {
     [140, -104],
   ]);
   for (const x of [-80, 0, 80]) {
-    const [ridge, beside] = [-(await depth(x, -100)), -(await depth(x, -130))];
-    check(`a brush keeps to the line at ${x} (${ridge}, ${beside})`, ridge > 0.1 && beside < 0.02);
+    const [ridge, outside] = [-(await depth(x, -100)), -(await depth(x, -130))];
+    check(
+      `a brush keeps to the line at ${x} (${ridge}, ${outside})`,
+      ridge > 0.1 && outside < 0.02,
+    );
   }
   await show(page, "guide-brush");
-  // The whole is as the command line has it.
+  // The command line gets the same result.
   await ended(page, studio);
 }
 
-/** Distances, an angle, a wall, and what the piece weighs, before and after a cut. */
+/** Distances, an angle, a wall, and the weight of the piece, before and after a cut. */
 async function measures() {
   const studio = await Studio.start();
   const page = await open(SIZE);
   await enter(page, studio.url);
   const middle = await begun(page, "limewood");
-  const told = async (id) => page.locator(`#measure-${id}`).textContent();
+  const reported = async (id) => page.locator(`#measure-${id}`).textContent();
   const first = await state(page);
   check("nothing is measured unless one asks", !(await page.locator("#measures").isVisible()));
   await page.keyboard.press("Shift+M");
@@ -233,24 +246,24 @@ async function measures() {
   }
   const apart = Math.hypot(...points[2].map((x, i) => x - points[1][i]));
   check(
-    `the distance of the last two (${await told("distance")}, ${apart})`,
-    Math.abs(parseFloat(await told("distance")) - apart) < 0.02,
+    `the distance of the last two (${await reported("distance")}, ${apart})`,
+    Math.abs(parseFloat(await reported("distance")) - apart) < 0.02,
   );
   check(
-    `a right angle (${await told("angle")})`,
-    Math.abs(parseFloat(await told("angle")) - 90) < 1,
+    `a right angle (${await reported("angle")})`,
+    Math.abs(parseFloat(await reported("angle")) - 90) < 1,
   );
   check(
-    `30 mm of wood (${await told("wall")})`,
-    Math.abs(parseFloat(await told("wall")) - 30) < 0.05,
+    `30 mm of wood (${await reported("wall")})`,
+    Math.abs(parseFloat(await reported("wall")) - 30) < 0.05,
   );
   const weight = (what, grams) =>
     eventually(
-      async () => `${what}: ${await told("mass")}, not ${grams} g`,
-      async () => Math.abs(parseFloat(await told("mass")) - grams) < 0.001 * grams,
+      async () => `${what}: ${await reported("mass")}, not ${grams} g`,
+      async () => Math.abs(parseFloat(await reported("mass")) - grams) < 0.001 * grams,
     );
   await weight("120 cm³ of lime", 120 * 0.53);
-  const centre = (await told("centre")).split(/\s+/).map(Number);
+  const centre = (await reported("centre")).split(/\s+/).map(Number);
   check(
     `in the middle (${centre})`,
     [40, 25, 15].every((x, i) => Math.abs(x - centre[i]) < 0.06),
@@ -266,24 +279,25 @@ async function measures() {
   const cut = await after(page, first.step);
   await page.keyboard.press("Shift+M");
   await weight("it weighs less", (Number(cut.volume) / 1000) * 0.53);
-  const moved = Number((await told("centre")).split(/\s+/)[0]);
+  const moved = Number((await reported("centre")).split(/\s+/)[0]);
   check(`the centre moves away from the cut (${moved})`, moved < centre[0]);
   await ended(page, studio);
 }
 
-/** What a printer would fail at: a wall that is too thin, once it is carved. */
+/** Printing problems: a wall that is too thin after carving. */
 async function printing() {
   const studio = await Studio.start();
   const page = await open(SIZE);
   await enter(page, studio.url);
   await begun(page, "limewood");
-  const told = (id) => page.locator(`#faults-${id}`).textContent();
+  const reported = (id) => page.locator(`#faults-${id}`).textContent();
   await page.keyboard.press("Shift+P");
   check("Shift+P checks", await page.locator("#faults").isVisible());
-  await eventually("a block hangs nowhere", async () => (await told("overhang")) === "none");
-  check("it has no thin walls", (await told("thin")) === "none");
-  check("nor loose pieces", (await told("loose")) === "none");
-  // An end mill of 4 mm along the edge leaves a wall of 0.7 mm, as high as it goes deep.
+  await eventually("a block hangs nowhere", async () => (await reported("overhang")) === "none");
+  check("it has no thin walls", (await reported("thin")) === "none");
+  check("nor loose pieces", (await reported("loose")) === "none");
+  // An end mill of 4 mm along the edge leaves a wall of 0.7 mm. The wall is as high as the cut is
+  // deep.
   await choose(page, "End mill");
   await page.locator("#size").fill("4");
   await page.locator("#depth").fill("6");
@@ -293,19 +307,19 @@ async function printing() {
   const on = (x) => page.evaluate((at) => window.kibori.onScreen(at), [x, 4.7, 30]);
   await stroke(page, [await on(10), await on(70)]);
   await after(page, before.step);
-  const area = async () => parseFloat(await told("thin"));
-  // Both sides of it: 60 to 68 mm long, 6 high.
-  await eventually("a thin wall is told", async () => /cm²/.test(await told("thin")));
-  check(`its area (${await told("thin")})`, (await area()) > 6 && (await area()) < 9);
-  const thinnest = parseFloat(await told("thinnest"));
+  const area = async () => parseFloat(await reported("thin"));
+  // Both sides of it: 60 to 68 mm long, 6 mm high.
+  await eventually("a thin wall is reported", async () => /cm²/.test(await reported("thin")));
+  check(`its area (${await reported("thin")})`, (await area()) > 6 && (await area()) < 9);
+  const thinnest = parseFloat(await reported("thinnest"));
   check(`how thin it is (${thinnest})`, Math.abs(thinnest - 0.7) < 0.15);
   await lookBy(page, "1");
   await show(page, "print-check");
-  // By the pointer, as a person comes to it.
+  // With the pointer, as a user would.
   await page.locator("#thin-wall").click();
   await page.locator("#thin-wall").fill("0.3");
   await page.locator("#thin-wall").press("Enter");
-  await eventually("thinner walls are none", async () => (await told("thin")) === "none");
+  await eventually("thinner walls are none", async () => (await reported("thin")) === "none");
   await page.locator("#view").focus();
   await page.keyboard.press("Shift+P");
   check("and it is left off", !(await page.locator("#faults").isVisible()));
@@ -371,12 +385,12 @@ async function stamps() {
     return Number(before.volume) - Number(now.volume);
   };
   const made = () => page.evaluate(() => window.kibori.stampsMade());
-  /** Asks for another stamp, and waits until the studio has made it. */
-  const told = async (ask) => {
+  /** Requests another stamp and waits until the studio has made it. */
+  const reported = async (ask) => {
     let count = await made();
     await ask();
     await eventually("a stamp is made", async () => (await made()) > count);
-    // What was asked for in several parts comes once more.
+    // Each changed control requests the stamp again.
     await eventually("the last stamp is made", async () => {
       count = await made();
       await reports(page, 10);
@@ -390,10 +404,10 @@ async function stamps() {
   check("no motor, no mallet", !(await page.locator("#motor").isVisible()));
   await page.locator("#stamp-font option").nth(1).waitFor({ state: "attached" });
   await eventually("a stamp is made", async () => (await made()) > 0);
-  await told(() => page.locator("#size").fill("5"));
+  await reported(() => page.locator("#size").fill("5"));
   await hover(page, middle.x, middle.y - 40);
   await show(page, "stamp-held");
-  // Letters, once, by a click: they have 121 mm2.
+  // Letters, pressed once by a click. Their area is 121 mm2.
   const taken = await pressed([[0, -70]]);
   check(`the letters are in the wood (${taken} mm3)`, Math.abs(taken - 244) < 10);
   const along = [];
@@ -406,9 +420,9 @@ async function stamps() {
     along.every((d) => d < 2.1),
   );
   await show(page, "stamp-letters");
-  // A letter and its mirror image: an F looks the other way.
-  await page.locator("#symmetry input").first().check();
-  await told(() => page.locator("#stamp-text").fill("F"));
+  // A letter and its mirror image. A mirrored F differs.
+  await inPopover(page, "#symmetry input", (one) => one.check());
+  await reported(() => page.locator("#stamp-text").fill("F"));
   const twice = await pressed([[100, 120]]);
   await show(page, "stamp-mirrored");
   const both = [];
@@ -418,33 +432,33 @@ async function stamps() {
     both.includes(true) && both.filter((cut, i) => cut !== both[both.length - 1 - i]).length < 4,
   );
   await page.keyboard.press("Control+z");
-  await page.locator("#symmetry input").first().uncheck();
+  await inPopover(page, "#symmetry input", (one) => one.uncheck());
   await atRest(page);
   const once = await pressed([[100, 120]]);
   check(`it was mirrored (${twice}, ${once})`, Math.abs(twice - 2 * once) < 0.1 * once);
   await page.keyboard.press("Control+z");
   await atRest(page);
   // Stars along a straight line.
-  await told(async () => {
+  await reported(async () => {
     await page.locator("#stamp-text").fill("★");
     await page.locator("#stamp-font").selectOption("DejaVu Sans");
     await page.locator("#every").fill("8");
   });
-  await page.locator("#guide").selectOption("line");
-  await page.locator("#snap").selectOption("90");
+  await inPopover(page, "#guide", (one) => one.selectOption("line"));
+  await inPopover(page, "#snap", (one) => one.selectOption("90"));
   const stars = await pressed([
     [-160, 30],
     [0, 44],
     [160, 20],
   ]);
-  await page.locator("#guide").selectOption("none");
+  await inPopover(page, "#guide", (one) => one.selectOption("none"));
   const row = [];
   for (let x = -170; x <= 170; x += 2) row.push((await depth(x, 30)) > 1);
   const count = row.filter((deep, i) => deep && !row[i - 1]).length;
   check(`a row of stars (${count}, ${stars} mm3)`, count >= 4 && count <= 8);
   await show(page, "stamp-stars");
-  // A mesh, from a file.
-  await told(async () => {
+  // A mesh from a file.
+  await reported(async () => {
     await page.locator("#every").fill("0");
     await page.locator("#stamp-what").selectOption("2");
     await page
@@ -452,9 +466,9 @@ async function stamps() {
       .setInputFiles({ name: "pyramid.stl", mimeType: "model/stl", buffer: Buffer.from(PYRAMID) });
   });
   const point = await pressed([[-100, 110]]);
-  // 10 mm wide, as high: 2 mm deep it is a pyramid 2 mm wide.
+  // It is 10 mm wide and high. At 2 mm depth the pyramid is 2 mm wide.
   check(`a pyramid's point (${point} mm3)`, Math.abs(point - (2 * 2 * 2) / 3) < 0.3);
-  // A picture: what the page drew itself, letters in the dark.
+  // A picture that the page draws itself, with dark letters.
   const png = await page.evaluate(() => {
     const canvas = document.createElement("canvas");
     canvas.width = canvas.height = 64;
@@ -466,7 +480,7 @@ async function stamps() {
     draw.fillRect(0, 0, 64, 64);
     return canvas.toDataURL("image/png").split(",")[1];
   });
-  await told(async () => {
+  await reported(async () => {
     await page.locator("#stamp-what").selectOption("1");
     await page.locator("#stamp-file").setInputFiles({
       name: "bowl.png",
@@ -478,7 +492,7 @@ async function stamps() {
   check(`a hollow from a picture (${bowl} mm3)`, bowl > 35 && bowl < 60);
   const hollow = await depth(60, 110);
   check(`its middle is deepest (${hollow})`, Math.abs(hollow - 2) < 0.15);
-  // What is none says so, and the stamp stays.
+  // An invalid picture gives a message, and the stamp stays.
   await page.locator("#stamp-file").setInputFiles({
     name: "broken.png",
     mimeType: "image/png",

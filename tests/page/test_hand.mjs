@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The hand in a real browser: quick strokes keep their end, the same path leaves the same bytes at
-// any frame rate, every tool bites or says why not, and depth counts from where it is told to.
+// The hand in a real browser. Quick strokes keep their end. The same path leaves the same bytes at
+// any frame rate. Every tool cuts or says why not. Depth is measured from the chosen reference.
 // Usage: node test_hand.mjs KIBORI [SCREENSHOTS]
 import {
   atRest,
@@ -24,7 +24,7 @@ import {
 
 const SIZE = { width: 1280, height: 720 };
 
-/** A new block of a wood, looked at from above. */
+/** A new block of a wood, seen from above. */
 async function begun(page, wood, detail = "320") {
   await started(page);
   await page.locator("#wood").selectOption({ label: wood });
@@ -41,15 +41,16 @@ async function leave(page) {
 const choose = (page, name) =>
   page.locator(`#shapes input[aria-label="${name}"]`).check({ force: true });
 const at = (page, x, y) => page.evaluate(([a, b]) => window.kibori.at(a, b), [x, y]);
-/** KIBORI_CAMPAIGN: everything with everything; else what one hand tells of all is tried once. */
+/** With KIBORI_CAMPAIGN, test all combinations. Otherwise test once what one hand shows for all. */
 const CAMPAIGN = Boolean(process.env.KIBORI_CAMPAIGN);
-/** Of flicks [ms]. */
+/** Durations of flicks [ms]. */
 const TIMES = CAMPAIGN ? [60, 100, 250, 1000] : [60, 250];
-/** Where the middle of the piece is in the window. */
+/** The middle of the piece in the window. */
 const mid = { x: 0, y: 0 };
 
 /**
- * A straight stroke whose events have times of their own, 4 ms apart, however fast they are sent.
+ * A straight stroke whose events have their own times, 4 ms apart, independent of the sending
+ * speed.
  */
 async function flick(page, from, to, ms, { pressure = 0, modifiers = 0 } = {}) {
   const client = await page.context().newCDPSession(page);
@@ -80,9 +81,9 @@ async function flick(page, from, to, ms, { pressure = 0, modifiers = 0 } = {}) {
   await Promise.all(all);
   await client.detach();
 }
-/** Once the stroke is a step, and the volume is counted. */
+/** Waits until the stroke is a step and the volume is counted. */
 async function stepAfter(page, step) {
-  // A step that is being made has no hash yet.
+  // A step in progress has no hash yet.
   await until(page, "a step", (s) => Number(s.step) > Number(step) && !/^0*$/.test(s.hash));
   await steady(page);
   return state(page);
@@ -90,20 +91,20 @@ async function stepAfter(page, step) {
 async function undone(page, hash) {
   const { chunks } = await state(page);
   await page.keyboard.press("Control+z");
-  // What is shown follows: depth counts from there.
+  // Wait for the shown surface, because depth is measured from it.
   const back = (s) => s.hash === hash && Number(s.chunks) > Number(chunks);
   await until(page, "undone", back);
   await whole(page);
 }
 
-// Of a groove 2 mm deep by a tool of 4 mm: its section, and what both ends together take.
+// A groove 2 mm deep by a tool of 4 mm: its section, and the volume of both ends together.
 const SECTIONS = {
   "Ball burr": [16 * Math.acos(0.5) - 2 * Math.sqrt(12), Math.PI * 4 * (4 - 2 / 3)],
   "End mill": [16, Math.PI * 32],
   "V cutter": [4, (Math.PI * 8) / 3],
   "Bull nose": [16 - 2 * (1 - Math.PI / 4) * 2.25, null],
 };
-// A bull nose's ends by slices: its radius at each height above the tip.
+// The ends of a bull nose by slices. The radius depends on the height above the tip.
 SECTIONS["Bull nose"][1] = Array.from({ length: 2000 }, (_, i) => {
   const z = (i + 0.5) / 1000,
     r = z < 1.5 ? 2.5 + Math.sqrt(2.25 - (1.5 - z) ** 2) : 4;
@@ -149,7 +150,7 @@ async function quickStrokes() {
         slow = !slow;
       }
       if (wood !== "limewood" && !CAMPAIGN) continue;
-      // The same times, at both frame rates.
+      // The same times at both frame rates.
       const both = [];
       for (const frames of [0, 33]) {
         await page.evaluate((ms) => window.kibori.slowFrames(ms), frames);
@@ -171,7 +172,7 @@ async function quickStrokes() {
   check("the studio ends well", (await studio.end()) === 0);
 }
 
-/** Of the woods that are carved with every tool; clay gives way, which is another thing. */
+/** The woods that every tool carves. Clay yields, which is a different test. */
 const WOODS = CAMPAIGN ? ["oak", "limewood", "pine", "walnut", "balsa", "wax", "foam"] : ["oak"];
 
 async function everyToolBites() {
@@ -215,7 +216,8 @@ async function depthAndBeginnings() {
   const first = await state(page);
   const volume = Number(first.volume);
 
-  // Crossing one's own stroke does not dig; from the surface as it is, it does.
+  // Crossing one's own stroke does not dig deeper. It does if depth is measured from the current
+  // surface.
   const across = async () => {
     const client = await page.context().newCDPSession(page),
       base = Date.now() / 1000;
@@ -230,8 +232,8 @@ async function depthAndBeginnings() {
         timestamp: base + t,
       });
     await send("mousePressed", mid.x - 80, mid.y, 0);
-    // To and fro, at such a pace that the page has the groove's surface when the pointer comes
-    // back.
+    // Move back and forth. The pace lets the page have the groove's surface when the pointer
+    // returns.
     for (let i = 0; i < 80; i++) {
       await send(
         "mouseMoved",
@@ -261,7 +263,7 @@ async function depthAndBeginnings() {
   check("but from the surface as it is", taken.now > 1.3 * taken.began);
   await page.locator("#depth-from").selectOption("began");
 
-  // A stroke left off is as if it had not been, and the readout says so.
+  // A cancelled stroke leaves no change, and the number shows that.
   const client = await page.context().newCDPSession(page);
   await page.mouse.move(mid.x, mid.y);
   await page.mouse.down();
@@ -269,14 +271,14 @@ async function depthAndBeginnings() {
   await page.keyboard.press("Escape");
   await page.mouse.up();
   await until(page, "as before", (s) => Number(s.volume) === volume);
-  const removedSaid = () => page.locator("#n-removed").textContent();
+  const removedText = () => page.locator("#n-removed").textContent();
   await eventually(
     "nothing is removed after Esc",
-    async () => parseFloat(await removedSaid()) === 0,
+    async () => parseFloat(await removedText()) === 0,
   );
   await client.detach();
 
-  // Beside the wood, within the tool's radius.
+  // Outside the wood, within the tool's radius.
   let edge = mid.x;
   while (await at(page, edge, mid.y)) edge += 1;
   const before = await state(page);
@@ -285,7 +287,7 @@ async function depthAndBeginnings() {
   check("a gouge enters from the edge", volume - Number(entered.volume) > 20);
   await undone(page, first.hash);
 
-  // A double click on the wood does not turn it.
+  // A double click on the wood does not turn the view.
   const eye = await page.evaluate(() => window.kibori.eye());
   await page.mouse.dblclick(mid.x, mid.y);
   await atRest(page);
@@ -294,23 +296,26 @@ async function depthAndBeginnings() {
     JSON.stringify(await page.evaluate(() => window.kibori.eye())) === JSON.stringify(eye),
   );
 
-  // What was removed is told after opening it again, too.
+  // The removed volume is also shown after reopening the document.
   const pressed = await state(page);
   await flick(page, { x: mid.x - 100, y: mid.y }, { x: mid.x + 100, y: mid.y }, 300);
   const cut = await stepAfter(page, pressed.step);
-  // The readout follows the state a moment later.
+  // The number follows the state a moment later.
   const expected = (volume - Number(cut.volume)) / 1000;
   await eventually(
-    async () => `${expected} cm³ are removed, not ${await removedSaid()}`,
-    async () => Math.abs(parseFloat(await removedSaid()) - expected) < 0.002,
+    async () => `${expected} cm³ are removed, not ${await removedText()}`,
+    async () => Math.abs(parseFloat(await removedText()) - expected) < 0.002,
   );
-  const removed = await removedSaid();
+  const removed = await removedText();
   check("something was removed", parseFloat(removed) > 0.1);
   await leave(page);
   await started(page);
   await page.locator("#documents button").first().click();
   await shown(page);
-  await eventually("what was removed is told again", async () => (await removedSaid()) === removed);
+  await eventually(
+    "the removed volume is shown again",
+    async () => (await removedText()) === removed,
+  );
   check("the studio ends well", (await studio.end()) === 0);
 }
 
@@ -331,7 +336,7 @@ async function mallet() {
   check("the studio ends well", (await studio.end()) === 0);
 }
 
-/** Shift smooths, whatever the tool: an edge goes, and the step can be taken back. */
+/** Shift smooths with any tool. An edge becomes smooth, and the step can be undone. */
 async function shiftSmooths() {
   const studio = await Studio.start();
   const page = await open(SIZE);
@@ -350,7 +355,7 @@ async function shiftSmooths() {
   const taken = Number(cut.volume) - Number(smoothed.volume);
   check(`smoothing moves what it should (${taken.toFixed(2)} mm³)`, Math.abs(taken) < 60);
   check("it is a step of its own", smoothed.hash !== cut.hash);
-  // It is drawn with the next frame, which may take a while.
+  // The next frame draws it, which may take a while.
   await page.getByText("Smooth", { exact: true }).first().waitFor();
   await undone(page, cut.hash);
   check("the studio ends well", (await studio.end()) === 0);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The history strip and the force plots: groups, keys, branches, thousands of steps, thumbnails by
-// one camera, scales that a spike does not flatten. Usage: node test_history.mjs KIBORI
+// one camera, and scales that a spike does not flatten. Usage: node test_history.mjs KIBORI
 // [SCREENSHOTS' FOLDER]
 import { execFileSync, spawn } from "node:child_process";
 import { existsSync, renameSync, writeFileSync } from "node:fs";
@@ -25,9 +25,10 @@ import {
   state,
   Studio,
   until,
+  inPopover,
 } from "./harness.mjs";
 
-/** A module of the page that needs no page; vite brings esbuild. */
+/** Bundles a module of the page that needs no browser. vite includes esbuild. */
 async function moduleOf(path) {
   const { build } = await import("../../web/node_modules/esbuild/lib/main.js");
   const out = join(folder, `${basename(path)}.mjs`);
@@ -77,7 +78,7 @@ async function scalesOfPlots() {
       marked[0].value === 998 &&
       marked[1].value === -300,
   );
-  // A touch that is much shorter than what is shown is no spike.
+  // A touch that is short compared with the shown time is not a spike.
   const touch = Array.from({ length: 5000 }, (_, i) => (i > 4000 && i < 4020 ? 5 : 0));
   check(
     "a short touch fills the scale",
@@ -170,8 +171,8 @@ async function theTreeOfSteps() {
     ]),
   );
   tree.setHead(11);
-  const way = tree.way();
-  check("the way to the head", way.map((s) => s.id).join() === "1,2,3,4,5,6,7,11");
+  const path = tree.path();
+  check("the way to the head", path.map((s) => s.id).join() === "1,2,3,4,5,6,7,11");
   check(
     "a label, a size",
     tree.get(6).label === "fills ä" &&
@@ -179,13 +180,13 @@ async function theTreeOfSteps() {
       tree.get(5).removed === -2.5,
   );
   const groups = (ends = () => false) =>
-    tree.groups(way, ends).map((g) => g.steps.map((s) => s.id).join());
+    tree.groups(path, ends).map((g) => g.steps.map((s) => s.id).join());
   check(
     `groups by tool, size, mode and five minutes: ${groups().join(" ")}`,
     groups().join(" ") === "1 2,3,4 5 6 7 11",
   );
   check("a name ends a group", groups((s) => s.id === 2).join(" ") === "1 2 3,4 5 6 7 11");
-  const found = tree.branches(tree.get(2), new Set(way.map((s) => s.id)));
+  const found = tree.branches(tree.get(2), new Set(path.map((s) => s.id)));
   check(
     "both ends of a branch that forks",
     found.map((b) => `${b.tip.id}:${b.strokes}`).join() === "9:2,10:2" && tree.forked,
@@ -199,12 +200,12 @@ async function theTreeOfSteps() {
     "a new one stands for what follows it",
     [1, 2, 3, 4, 7, 9].map((id) => tree.get(id).picture).join() === "0,2,2,4,4,2",
   );
-  // Back where it forks, the way goes on where it came from.
+  // At a fork, the path continues where the user came from.
   tree.setHead(2);
-  check("redo's way", tree.way().at(-1).id === 11);
+  check("redo's way", tree.path().at(-1).id === 11);
   tree.setHead(9);
   tree.setHead(2);
-  check("redo's way after another branch", tree.way().at(-1).id === 9);
+  check("redo's way after another branch", tree.path().at(-1).id === 9);
 }
 
 async function oneCamera() {
@@ -229,7 +230,7 @@ async function oneCamera() {
   );
   check("the same picture from another view", (await pictureOf(page)) === whole);
   await page.keyboard.press("Home");
-  // A plot in which nothing is felt rests until something is.
+  // A plot without any force does not draw until there is a force.
   await page.evaluate(() => {
     const context = document.querySelector("#plot canvas").getContext("2d"),
       clear = context.clearRect.bind(context);
@@ -251,9 +252,9 @@ async function oneCamera() {
   for (let i = 0; i < 12; i++) await page.mouse.move(500 + 4 * i, 240 - i);
   await until(page, "the volume falls", (s) => Number(s.volume) < Number(first.volume) - 1);
   await page.mouse.up();
-  await eventually("the plot shows what is felt", async () => (await plotted()) > resting);
+  await eventually("the plot shows the force", async () => (await plotted()) > resting);
   await until(page, "a step", (s) => Number(s.step) > 1);
-  // At rest it is drawn, shown and kept.
+  // At rest, the picture is drawn, shown and stored.
   await page.locator("#history [aria-current] .shown:not(.earlier) img").waitFor();
   const now = (await state(page)).step;
   const kept = await eventually("the picture is kept", async () =>
@@ -278,8 +279,8 @@ async function oneCamera() {
   await enter(dark, await studio.another());
   await shown(dark);
   check("the same picture in the dark", (await pictureOf(dark)) === whole);
-  // What the plot says.
-  for (const words of ["size of the force, N", "size of the moment, N mm", "Fz, N"])
+  // The texts of the plot.
+  for (const words of ["magnitude of the force, N", "magnitude of the moment, N mm", "Fz, N"])
     check(
       `the legend says ${words}`,
       (await dark.locator("#plot .u-legend").textContent()).includes(words),
@@ -288,7 +289,7 @@ async function oneCamera() {
     "a sentence on the model",
     /^Series: /.test(await dark.locator("#model-says").textContent()),
   );
-  await dark.locator("#model").selectOption("energy");
+  await inPopover(dark, "#model", (one) => one.selectOption("energy"));
   check(
     "a sentence on another model",
     /^Energy: /.test(await dark.locator("#model-says").textContent()),
@@ -297,7 +298,7 @@ async function oneCamera() {
   check("the studio ends well", (await studio.end()) === 0);
 }
 
-// Moves in a block: four cuts and a way in the air; another tool every 200.
+// Moves in a block: four cuts and one path in the air. The tool changes every 200 moves.
 function scene(moves) {
   const tools = [
     '{ shape = "ball", radius = 1 }',
@@ -317,7 +318,7 @@ function scene(moves) {
   }
   return out.join("\n") + "\n";
 }
-// Branches of strokes without a tick, and times as of a day's work: all of it as documents may be.
+// Branches of strokes without a tick, and times of a day's work. Documents may contain all of this.
 const BRANCHES = `
 import sqlite3, sys
 db = sqlite3.connect(sys.argv[1])
@@ -335,7 +336,7 @@ for k in range(200):
 db.execute("INSERT INTO version VALUES ('halfway', ?)", (count // 2,))
 # Of a format without seals, as these rows have none; the studio seals them when it opens the document.
 db.execute("DROP TABLE seal")
-db.execute("DELETE FROM meta WHERE key NOT IN ('lattice', 'stock', 'program')")
+db.execute("DELETE FROM meta WHERE key NOT IN ('lattice', 'stock', 'program', 'head')")
 db.execute("DROP TABLE bodies")
 db.execute("DROP TABLE given")
 db.execute("PRAGMA user_version = 4")
@@ -354,7 +355,7 @@ async function thousandsOfSteps() {
   await enter(page, studio.url);
   await shown(page);
   await page.locator("#history [aria-current]").waitFor();
-  // Cells without a gap all along what is seen, each with a picture or an icon, and words.
+  // The visible part has cells without a gap, each with a picture or an icon, and words.
   const blanks = () =>
     page.evaluate(() => {
       const seen = document.querySelector("#history .scroller").getBoundingClientRect();
@@ -387,7 +388,7 @@ async function thousandsOfSteps() {
       const box = document.querySelector("#history .scroller");
       box.scrollLeft = to * (box.scrollWidth - box.clientWidth);
     }, share);
-    // The cells follow with the next frame, whenever this machine comes to it.
+    // The cells follow with the next frame, which may take a while on this machine.
     let found;
     await eventually(
       () => `nothing is blank at ${share}: ${JSON.stringify(found)}`,
@@ -406,7 +407,7 @@ async function thousandsOfSteps() {
   for (const share of [1, 0.7, 0.31, 0]) await at(share);
   await show(page, "history-begin");
 
-  // Versions are told where they are, also in a closed group's place.
+  // Versions have their names, also in the place of a closed group.
   check(
     "a version's name ends its group",
     await page.evaluate(async () => {
@@ -420,7 +421,7 @@ async function thousandsOfSteps() {
     }),
   );
 
-  // By keys: to the first cell, along to a group, open it, into it, and close it.
+  // By keys: to the first cell, along to a group, open it, go into it, and close it.
   const focused = () =>
     page.evaluate(() => ({
       ...document.activeElement.dataset,
@@ -461,7 +462,7 @@ async function thousandsOfSteps() {
   await page.keyboard.press("Enter");
   await page.locator(`#history [data-key="${group.key}"][aria-expanded=false]`).waitFor();
   check(
-    "tabulator comes to one cell only",
+    "the Tab key reaches one cell only",
     (await page.locator("#history .cells [tabindex='0']").count()) === 1,
   );
 
@@ -474,13 +475,13 @@ async function thousandsOfSteps() {
   }));
   check(
     `a branch says what it is: ${branch.title}`,
-    branch.role === "button" && /branch.*stroke.*go to its end/.test(branch.title),
+    branch.role === "button" && /Branch.*stroke.*go to its end/.test(branch.title),
   );
   await page.keyboard.press("Enter");
   await until(page, "the branch's end", (s) => s.step === branch.tip);
   await page.locator(`#history [aria-current][data-step="${branch.tip}"]`).waitFor();
   await show(page, "history-branch");
-  // The way is another now, and the former one is a branch of it.
+  // The path has changed, and the former path is now a branch.
   await page.locator("#history [aria-current]").focus();
   await page.keyboard.press("Home");
   const dots = await page.locator("#history .branch").count();
@@ -494,7 +495,7 @@ async function thousandsOfSteps() {
   execFileSync(kibori, ["verify", file]);
 }
 
-/** What others carve is seen as they do, from where one looks: a file that is replaced, and one that is written. */
+/** A page follows a file that another process replaces or writes, and keeps its camera. */
 async function whatOthersCarve() {
   const file = join(folder, "live.kibori");
   const carved = (name, moves) => {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Importing a file in the page: what is guessed, what is chosen, and that the piece stands so. See
-// harness.mjs.
+// Importing a file in the page: the guesses, the choices, and the resulting piece. See harness.mjs.
 import { existsSync, readdirSync, readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { fileURLToPath } from "node:url";
@@ -21,8 +20,8 @@ import {
 // ---- Files
 
 /**
- * A standing figure about an axis (0 to 2), in metres, 0.156 high: feet, a body, and a nose that
- * looks along `front`.
+ * A standing figure about an axis (0 to 2), in metres, 0.156 high: feet, a body, and a nose in the
+ * direction `front`.
  */
 function figure(up, front, nose) {
   const side = 3 - up - front;
@@ -45,7 +44,7 @@ function figure(up, front, nose) {
       [0, 4, 6, 2],
       [1, 3, 7, 5],
     ];
-    // Outward, however the axes are numbered.
+    // Outward for any numbering of the axes.
     const even = ((front - side + 3) % 3 === 1) === nose > 0;
     for (const q of quads) faces.push((even ? q : [...q].reverse()).map((i) => first + i));
   };
@@ -74,7 +73,7 @@ const text = (page, id) => page.locator(`#${id}`).textContent();
 const value = (page, id) => page.locator(`#${id}`).inputValue();
 const sizes = async (page) =>
   (await text(page, "import-size")).split(" mm")[0].split(" × ").map(Number);
-/** How large the document's surface is, and where its vertices are. */
+/** The size of the document's surface, and its vertices. */
 async function vertices(page) {
   const stl = await fetched(page, "/export?format=stl"),
     points = [];
@@ -88,7 +87,7 @@ const reach = (points) =>
     Math.min(...points.map((p) => p[i])),
     Math.max(...points.map((p) => p[i])),
   ]);
-// Math.min has no room for so many arguments at once.
+// Math.min cannot take this number of arguments at once.
 const bounds = (points) =>
   points.reduce(
     (b, p) => b.map(([low, high], i) => [Math.min(low, p[i]), Math.max(high, p[i])]),
@@ -103,7 +102,7 @@ async function close(page) {
   await page.locator("#leave").click();
   await started(page);
 }
-/** Whether all of it is within the window, and nothing is cut off sideways. */
+/** Whether the whole dialog is within the window, with nothing cut off sideways. */
 async function fits(page) {
   return page.evaluate(() => {
     const box = document.getElementById("importing"),
@@ -126,7 +125,7 @@ async function fits(page) {
     );
   });
 }
-/** How much of the wood's colour is drawn there. */
+/** The share of the wood's colour in the dialog's view. */
 async function drawn(page) {
   const png = await page.locator("#import-view").screenshot();
   return page.evaluate(async (data) => {
@@ -157,13 +156,13 @@ async function ended({ studio, page }) {
 
 // ---- The parts
 
-// A figure in metres with y up, as scanned ones are: it stands, is 80 mm long, and of the wood that
-// was chosen.
+// A figure in metres with y up, as scanned ones are. It stands, is 80 mm long, and has the chosen
+// wood.
 async function standing() {
   const at = await begun({ width: 1280, height: 720 }),
     { page } = at;
   const path = file("figure.obj", objText(figure(1, 2, 1)));
-  await page.locator("#wood").selectOption("1"); // of a new piece, which is another matter
+  await page.locator("#wood").selectOption("1"); // the wood of a new piece, which is independent
   await choose(page, path);
   check(
     "the unit can't be meant",
@@ -195,7 +194,7 @@ async function standing() {
   check("in centimetres", (await value(page, "import-unit")) === "cm");
   await page.locator("#import-unit").selectOption("fit");
   check("80 mm again", (await value(page, "import-longest")) === "80");
-  // Four turns about an axis are none; one lays it down.
+  // Four turns about an axis change nothing. One turn lays the figure down.
   for (const axis of ["X", "Y", "Z"]) {
     const before = await sizes(page);
     for (let i = 0; i < 4; i++) {
@@ -226,7 +225,7 @@ async function standing() {
   const feet = slice(-1, 5),
     head = slice(70, 90);
   check("its broad feet are below", feet[0][1] - feet[0][0] > 1.4 * (head[0][1] - head[0][0]));
-  // The nose looks to the front, which is -y: farther out there than the feet.
+  // The nose looks to the front, -y, and is farther out than the feet.
   check("its nose looks to the front", near(slice(60, 68)[1][0], 0, 0.2) && feet[1][0] > 8);
   await show(page, "import-carved");
   const color = String(await fetched(page, "/export?format=obj"))
@@ -244,7 +243,7 @@ async function standing() {
   await ended(at);
 }
 
-// Laid on a side, and once more by hand: what is seen is what is made.
+// Laid on a side, and turned once more by hand. The view shows the result.
 async function turned() {
   const at = await begun({ width: 1000, height: 700 }),
     { page } = at;
@@ -258,7 +257,7 @@ async function turned() {
   await page.getByRole("button", { name: "Turn about Z" }).click();
   const want = await sizes(page);
   check(`it lies (${want})`, want[0] === 156 && want[2] === 80);
-  check("up is told", (await value(page, "import-up")) !== "z");
+  check("up is shown", (await value(page, "import-up")) !== "z");
   await page.locator("#import-detail").selectOption("192");
   await importIt(page);
   const box = bounds(await vertices(page));
@@ -278,8 +277,8 @@ function stl({ vertices: at, faces }, scale) {
   return `solid t\n${triangles.map((t) => `facet normal 0 0 0\nouter loop\n${t.map((i) => `vertex ${at[i].map((x) => x * scale).join(" ")}\n`).join("")}endloop\nendfacet\n`).join("")}endsolid t\n`;
 }
 
-// Cancel drops the file; what is none gets one sentence; too coarse or too fine a choice can be
-// mended.
+// Cancel drops the file. An invalid file gets one sentence. The user can correct a detail that is
+// too coarse or too fine.
 async function refused() {
   const at = await begun({ width: 1000, height: 700 }),
     { page } = at;
@@ -308,18 +307,18 @@ async function refused() {
     ["none.txt", "words"],
   ]) {
     await page.locator("#file").setInputFiles(file(name, content));
-    const said = page.locator("#notice").filter({
+    const output = page.locator("#notice").filter({
       hasText: name === "none.txt" ? /can't be carved/ : new RegExp(`(?<!Reading )${name}`),
     });
-    await said.waitFor();
-    const words = (await said.textContent()).trim();
+    await output.waitFor();
+    const words = (await output.textContent()).trim();
     check(
       `one sentence: ${words}`,
       !words.includes("\n") && !words.includes("import.") && words.length < 250,
     );
     check("no dialog", !(await page.locator("#importing").isVisible()));
   }
-  // A file that is chosen while another is read is the one that is asked about.
+  // A file chosen while another is being read replaces it.
   await page.locator("#file").setInputFiles(file("none.stl", "no mesh at all"));
   await choose(page, path);
   check(
@@ -331,7 +330,7 @@ async function refused() {
   check("a size that can't be is not sent", await page.locator("#importing").isVisible());
   await page.locator("#import-longest").fill("0.1");
   await page.locator("#import-name").fill("");
-  // Something else is under way: the choices stay, and the sentence stands with them.
+  // The studio refuses while other work runs. The choices stay, and the message is shown with them.
   await page.route(
     "**/make?**",
     (route) => route.fulfill({ status: 422, body: "that is too coarse; choose more detail\n" }),
@@ -348,18 +347,18 @@ async function refused() {
   await ended(at);
 }
 
-// By keyboard alone, from the choice of the file's own button to the finished import.
+// By keyboard alone, from the file button to the finished import.
 async function byKeyboard() {
   const at = await begun({ width: 1280, height: 720 }),
     { page } = at;
   const path = file("keys.obj", objText(figure(1, 2, 1)));
   await page.locator("#file").focus();
-  // On a busy machine Chromium sometimes opens its own dialog, which nobody sees, before it hands
-  // it to the test.
-  const asked = page.waitForEvent("filechooser");
+  // On a busy machine Chromium sometimes opens its own invisible dialog before it reports it to the
+  // test.
+  const opening = page.waitForEvent("filechooser");
   const again = setInterval(() => void page.keyboard.press("Enter"), 5000);
   await page.keyboard.press("Enter");
-  const chooser = await asked.finally(() => clearInterval(again));
+  const chooser = await opening.finally(() => clearInterval(again));
   check("the focus stays", (await page.evaluate(() => document.activeElement.id)) === "file");
   await chooser.setFiles(path);
   await dialogOpen(page).waitFor();
@@ -413,7 +412,7 @@ async function byKeyboard() {
   await ended(at);
 }
 
-// On a telephone and on a small laptop; a picture has other choices, and a document none.
+// On a phone and on a small laptop. A picture has other choices, and a document has none.
 async function windows() {
   for (const [name, size] of [
     ["phone", { width: 390, height: 844 }],
@@ -474,7 +473,7 @@ async function windows() {
   }
 }
 
-// The models beside this repository, where they are: each stands, is 80 mm long and is drawn.
+// The models next to this repository, if they exist. Each stands, is 80 mm long and is drawn.
 async function models() {
   const shared = new URL("../../../shared/models/", import.meta.url);
   if (!existsSync(shared)) return console.log("models: skipped, ../shared/models is not here");
@@ -490,7 +489,7 @@ async function models() {
   await ended(at);
 }
 
-// A labelled volume: its labels are named, each gets a material, and the piece holds them.
+// A labelled volume. Its labels have names, each gets a material, and the piece contains them.
 async function labels() {
   const at = await begun({ width: 1280, height: 720 }),
     { page } = at;
@@ -520,7 +519,7 @@ async function labels() {
       .match(/^v .*$/gm)
       .map((line) => line.split(" ").slice(4).join()),
   );
-  // Outside are wax and oak; the pulp opens at the roots' ends or not at all.
+  // Wax and oak are outside. The pulp may be visible at the roots' ends.
   check(`of its materials (${colors.size})`, colors.size >= 2 && colors.size <= 3);
   await close(page);
   await ended(at);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The page's layout: at every size nothing covers anything else, all can be reached, and the piece
-// is framed in what is free; the sheet of narrow windows by touch; numbers that are typed; what is
-// kept; the line to a studio that ends. Usage: node test_layout.mjs KIBORI [SCREENSHOTS' FOLDER]
+// The page's layout. At every size nothing covers anything else, everything is reachable, and the
+// piece fits in the free area. Also the sheet of narrow windows by touch, typed numbers, stored
+// values, and the connection to a studio that ends. Usage: node test_layout.mjs KIBORI
+// [SCREENSHOTS' FOLDER]
 import { join } from "node:path";
 import {
   check,
@@ -33,17 +34,28 @@ const SIZES = [
   [1920, 1080],
 ];
 const PANELS = ["tools", "force", "past"];
-const PARTS = ["bar", "grip", ...PANELS, "corner", "watching", "lost", "work", "notice", "hint"];
-// What is not looked at need not be drawn; pictures for people are.
+const PARTS = [
+  "bar",
+  "grip",
+  "fixed",
+  ...PANELS,
+  "corner",
+  "watching",
+  "lost",
+  "work",
+  "notice",
+  "hint",
+];
+// Switches drawing on or off. Only pictures for people need it.
 const draw = (page, drawn) => page.evaluate((still) => window.kibori.still(still), !drawn);
-// The page has laid itself out, and knows of it.
-const laidOut = frames;
+// Waits until the page has done its layout and has measured it.
+const afterLayout = frames;
 const narrow = (page) => page.viewportSize().width < 600;
 
-// Names of parts that are shown and cover each other or reach out of the window.
+// The names of visible parts that cover each other or extend out of the window.
 const overlaps = (page) =>
   page.evaluate((parts) => {
-    // What is scrolled out of the messages covers nothing.
+    // Messages that are scrolled out of view cover nothing.
     const view = document.getElementById("messages").getBoundingClientRect();
     const shown = (part) => {
       const { left, right, top, bottom, width, height } = part.getBoundingClientRect();
@@ -83,11 +95,11 @@ const overlaps = (page) =>
     return wrong;
   }, PARTS);
 
-// Controls of what is shown that can't be brought where a press meets them.
+// Visible controls that cannot be brought to where a press reaches them.
 const unreachable = (page) =>
   page.evaluate((panels) => {
     const wrong = [];
-    for (const id of ["bar", "grip", "messages", ...panels])
+    for (const id of ["bar", "grip", "fixed", "messages", ...panels])
       for (const control of document
         .getElementById(id)
         .querySelectorAll("button, select, input:not(.unseen)")) {
@@ -102,7 +114,7 @@ const unreachable = (page) =>
     return wrong;
   }, PANELS);
 
-// Whether the panel is open, and a press that changes it.
+// isOpen() returns whether a panel is open. turn() opens or closes it by a press.
 const isOpen = async (page, id) =>
   (await page.locator(`#${id}`).getAttribute("class")).includes("folded") === false;
 async function turn(page, id, open) {
@@ -149,7 +161,7 @@ async function nothingCoversAnything() {
   };
   for (const [width, height] of SIZES) {
     await page.setViewportSize({ width, height });
-    await laidOut(page);
+    await afterLayout(page);
     for (const [name, make] of Object.entries(states)) {
       await page.evaluate(make);
       for (const opened of narrow(page) ? [...PANELS, ""] : ["all", ""]) {
@@ -184,14 +196,12 @@ async function nothingCoversAnything() {
         check(`all can be reached ${where}: ${lost.join("; ")}`, lost.length === 0);
       }
     }
-    // The piece in the middle of what is free, and none of it behind a panel.
+    // The piece is in the middle of the free area, and no panel covers it.
     for (const id of PANELS) await turn(page, id, narrow(page) ? id === "past" : id !== "force");
-    await laidOut(page);
+    await afterLayout(page);
     await page.locator("#frame").evaluate((button) => button.click());
     if (pictures) {
       await draw(page, true);
-      await page.setViewportSize({ width: width + 1, height });
-      await page.setViewportSize({ width, height });
       await allDrawn(page);
       await show(page, `layout-${width}x${height}`);
       await draw(page, false);
@@ -207,14 +217,14 @@ async function nothingCoversAnything() {
         }
         return [...new Set(hits)];
       },
-      ["bar", "grip", ...PANELS],
+      ["bar", "grip", "fixed", ...PANELS],
     );
     check(
       `the piece is in what is free at ${width} x ${height}, not behind ${behind}`,
       behind.length === 0,
     );
   }
-  // Folded stays folded.
+  // A folded panel stays folded.
   await turn(page, "tools", false);
   await page.reload();
   await shown(page);
@@ -235,23 +245,23 @@ async function sheetByTouch() {
   const first = await shown(page);
   await draw(page, false);
   const finger = await page.context().newCDPSession(page);
-  const say = (type, x, y) =>
+  const touch = (type, x, y) =>
     finger.send("Input.dispatchTouchEvent", {
       type,
       touchPoints: type === "touchEnd" ? [] : [{ x, y }],
     });
   const drag = async (x, y, toX, toY) => {
-    await say("touchStart", x, y);
+    await touch("touchStart", x, y);
     for (let i = 1; i <= 12; i++) {
-      await say("touchMove", x + ((toX - x) * i) / 12, y + ((toY - y) * i) / 12);
+      await touch("touchMove", x + ((toX - x) * i) / 12, y + ((toY - y) * i) / 12);
       await pace(page, 30);
     }
-    await say("touchEnd");
+    await touch("touchEnd");
     await frames(page);
   };
   const top = async () => (await page.locator("#grip").boundingBox()).y;
   check(
-    "the tool and its size are told",
+    "the tool and its size are announced",
     /Ball burr\s*4 mm/.test(await page.locator(".tab[data-panel=tools]").textContent()),
   );
   const closed = await top();
@@ -302,7 +312,7 @@ async function sheetByTouch() {
   const now = await top();
   await drag(195, now + 8, 195, 830);
   check("drawn down, it closes", (await top()) > 0.85 * 844);
-  // And above it one carves.
+  // Above the sheet the finger carves.
   const at = await page.evaluate(() => {
     for (let y = 200; y < 700; y += 10)
       if (window.kibori.onPiece(195, y) && window.kibori.onPiece(195, y + 40)) return y + 20;
@@ -341,10 +351,10 @@ async function numbersAndWhatIsKept() {
   await typed.fill("500");
   await typed.press("Enter");
   const wrong = page.locator(".row:has(#size) .wrong");
-  const said = await wrong.textContent();
+  const output = await wrong.textContent();
   check(
-    `what can't be is told: ${said}`,
-    Number(/^Size can be 0\.5 to ([\d.]+) mm; it stays 4\.25 mm\.$/.exec(said)?.[1]) >= 120,
+    `invalid input is reported: ${output}`,
+    Number(/^Size can be 0\.5 to ([\d.]+) mm\. It stays 4\.25 mm\.$/.exec(output)?.[1]) >= 120,
   );
   check(
     "and has changed nothing",
@@ -356,7 +366,7 @@ async function numbersAndWhatIsKept() {
     "a tool may be as large as the piece",
     (await page.locator("#size").inputValue()) === "120" && (await wrong.textContent()) === "",
   );
-  // Along the slider equal ways are equal ratios.
+  // Along the slider, equal distances are equal ratios.
   const slider = page.locator("#size ~ input[type=range], input[type=range]:has(~ #size)").first();
   await slider.focus();
   await page.keyboard.press("Home");
@@ -373,20 +383,21 @@ async function numbersAndWhatIsKept() {
     Math.abs(Number(await typed.inputValue()) - 1.15 * middle) < 0.1,
   );
 
-  await page.locator("#shapes label[title=Box]").click();
+  await page.locator("#shapes label:has(input[value=box])").click();
   await page.locator("#turn-by-typed").fill("45");
   await page.locator("#turn-by-typed").press("Enter");
   await page.locator("#depth-typed").fill("1.5");
   await page.locator("#depth-typed").press("Enter");
   await page.locator("input[name=mode][value='deposit']").check();
   await page.keyboard.press("x");
+  check("the turn can be reset", await page.locator("#turn-reset").isVisible());
   const size = await page.locator("#size").inputValue();
   await page.reload();
   await shown(page);
   const kept = await page.evaluate(() =>
     ["size", "depth", "turn-by"].map((id) => document.getElementById(id).value),
   );
-  check(`numbers are kept (${kept})`, kept.join() === [size, "1.5", "45"].join());
+  check(`numbers are kept, but not the turn (${kept})`, kept.join() === [size, "1.5", "0"].join());
   check(
     "shape and work are kept",
     (await page.locator("#shape-out").textContent()) === "Box" &&
@@ -410,8 +421,8 @@ async function whoHoldsTheToolAndWhoIsGone() {
   await until(watcher, "a solid", (s) => s.shown === "solid" && Number(s.volume) > 0);
   await watcher.locator("#watching").waitFor();
   check(
-    "who watches is told so",
-    /Another window holds the tool/.test(await watcher.locator("#watching").textContent()) &&
+    "a watcher is notified",
+    /carve in another window/.test(await watcher.locator("#watching").textContent()) &&
       !(await page.locator("#watching").isVisible()),
   );
   await show(watcher, "watching");
@@ -438,25 +449,25 @@ async function whoHoldsTheToolAndWhoIsGone() {
   await page.clock.fastForward(120000);
 
   // Another studio at the same address does not know this page.
-  const anew = await Studio.start(file, "--port", port);
+  const restarted = await Studio.start(file, "--port", port);
   await page.locator("#again").click();
   await lost
     .filter({
-      hasText: "The studio was started anew: open the address it printed in the terminal.",
+      hasText: "The studio was restarted: open the address it printed in the terminal.",
     })
     .waitFor();
   check(`meanwhile it was quiet: it tried when asked to (${tries})`, tries === 1);
   await show(page, "anew");
-  // Once its address was opened here, this page is known, too.
+  // After its address was opened here, it knows this page too.
   const other = await page.context().newPage();
-  await enter(other, anew.url);
+  await enter(other, restarted.url);
   await shown(other);
   await page.locator("#again").click();
   await lost.waitFor({ state: "hidden" });
   await until(page, "the piece again", (s) => s.shown === "solid");
   check("it is there again", (await state(page)).hash === (await state(other)).hash);
   await page.context().close();
-  check("the studio ends well", (await anew.end()) === 0);
+  check("the studio ends well", (await restarted.end()) === 0);
 }
 
 await run([nothingCoversAnything, sheetByTouch, numbersAndWhatIsKept, whoHoldsTheToolAndWhoIsGone]);

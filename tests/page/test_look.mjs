@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-// How the solid is looked at: every control of the View panel changes the picture as it says, by
-// mouse and by keyboard alone, and picking knows the section. Usage: node test_look.mjs KIBORI
-// [SCREENSHOTS' FOLDER]
+// The View panel. Every control changes the picture as it says, by mouse and by keyboard alone.
+// Picking respects the section. Usage: node test_look.mjs KIBORI [SCREENSHOTS' FOLDER]
 import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import {
@@ -27,8 +26,8 @@ import {
 const blank = await browser.newPage(); // reads pictures
 
 /**
- * Of two pictures: the mean difference of their channels, and the share of pixels that differ by
- * more than 10.
+ * The mean difference of two pictures' channels, and the share of pixels that differ by more than
+ * 10.
  */
 const compare = (a, b) =>
   blank.evaluate(
@@ -48,13 +47,13 @@ const compare = (a, b) =>
         signed = 0,
         differ = 0;
       for (let i = 0; i < one.length; i += 4) {
-        let most = 0;
+        let largest = 0;
         for (let k = 0; k < 3; k++) {
           sum += Math.abs(one[i + k] - other[i + k]);
           signed += one[i + k] - other[i + k];
-          most = Math.max(most, Math.abs(one[i + k] - other[i + k]));
+          largest = Math.max(largest, Math.abs(one[i + k] - other[i + k]));
         }
-        if (most > 10) differ++;
+        if (largest > 10) differ++;
       }
       return {
         mean: sum / one.length,
@@ -65,10 +64,10 @@ const compare = (a, b) =>
     [a.toString("base64"), b.toString("base64")],
   );
 
-// The mean difference of pictures of the same: a view that is slow draws fewer pixels from then on,
-// so edges are softer. What the checks change differs by 6 and more.
+// Max mean difference of two pictures of the same view. A slow view draws fewer pixels, which
+// softens edges. The checks' changes differ by 6 or more.
 const SAME = 2;
-const CLIP = { x: 240, y: 110, width: 390, height: 300 }; // the solid, beside the panels
+const CLIP = { x: 240, y: 110, width: 390, height: 300 }; // the solid next to the panels
 async function picture(page) {
   await drawn(page);
   return page.screenshot({ clip: CLIP });
@@ -81,12 +80,12 @@ const slide = (page, id, value) =>
   }, String(value));
 const hit = (page, x, y) => page.evaluate(([a, b]) => window.kibori.hit(a, b), [x, y]);
 const SIZE = { width: 900, height: 600 };
-// Where the window shows the middle of the block, which is looked at.
+// Where the window shows the middle of the block.
 const middleOf = (page) => page.evaluate(() => window.kibori.onScreen(window.kibori.middle()));
-// Beside the solid.
+// Moves the pointer off the solid.
 const rest = (page) => page.mouse.move(300, 30);
 
-// The hint and the notices come and go over the wood, and are no part of the view.
+// Hides the hint and the notices, which come and go over the wood and are not part of the view.
 async function ready(page) {
   await rest(page);
   await page.evaluate(() => (document.getElementById("messages").style.visibility = "hidden"));
@@ -141,7 +140,7 @@ async function speciesDiffer() {
 async function shading() {
   const visit = await begin("oak"),
     { page } = visit;
-  // Something to see hollows in.
+  // Carve something with hollows.
   const MIDDLE = await middleOf(page);
   await page.mouse.move(MIDDLE.x - 50, MIDDLE.y - 20);
   await page.mouse.down();
@@ -183,18 +182,18 @@ async function shading() {
     return (await compare(wood, clay)).mean > 4;
   });
   await show(page, "look-clay");
-  const widget = await page.locator("#light").boundingBox();
-  const clayLight = async () => {
+  const dragLight = async () => {
+    const widget = await page.locator("#light").boundingBox();
     await page.mouse.move(widget.x + 28, widget.y + 28);
     await page.mouse.down();
     await page.mouse.move(widget.x + 48, widget.y + 40);
     await page.mouse.up();
     await rest(page);
   };
-  await clayLight();
+  await dragLight();
   check("clay's light can be dragged", (await compare(clay, await picture(page))).mean > 2);
   await choose(page, "shading", "wood");
-  await clayLight();
+  await dragLight();
   const lit = await picture(page);
   check("the sun can be dragged", (await compare(wood, lit)).mean > 2);
   check(
@@ -202,7 +201,7 @@ async function shading() {
     /from the right.*from below/.test(await page.locator("#light").getAttribute("aria-valuetext")),
   );
 
-  // L and a drag on the wood move the light, and carve nothing.
+  // L and a drag on the wood move the light without carving.
   const before = await state(page);
   await page.locator("#view").focus();
   await page.keyboard.down("l");
@@ -262,7 +261,7 @@ async function viewsAndSection() {
   await page.keyboard.press("5");
   check("5 goes back", (await compare(deep, await picture(page))).mean < SAME);
 
-  // The cube: what is seen of it is clicked, and the view is from there.
+  // The cube. A click on a visible part leads to that view.
   const away = (a, b) => Math.hypot(...a.map((x, i) => x - b[i]));
   const go = async (name, to) => {
     await drawn(page);
@@ -278,7 +277,7 @@ async function viewsAndSection() {
   await page.keyboard.press("Home");
   await go("Top Front Left", [-1, -1, 1]);
   await go("Front Left", [-1, -1, 0]);
-  // By keyboard: Tab leads to it, arrows on to the next views.
+  // By keyboard, Tab leads to the cube, and arrows lead to the next views.
   await page.locator('#cube button[tabindex="0"]').focus();
   for (const [key, to] of [
     ["ArrowRight", [0, -1, 0]],
@@ -299,7 +298,7 @@ async function viewsAndSection() {
   await page.keyboard.press("Home");
   await drawn(page);
 
-  // A section: what is cut away is neither shown nor picked.
+  // A section. The part that is cut away is neither shown nor picked.
   const whole = await picture(page),
     surface = await hit(page, MIDDLE.x, MIDDLE.y);
   check(
@@ -373,18 +372,18 @@ async function reference() {
   await page.locator("#reference").setInputFiles(file);
   await page.locator("#reference-remove").waitFor();
   await slide(page, "reference-size", 2.5);
-  const beside = await picture(page);
-  check("the picture shows beside the wood", (await compare(bare, beside)).share > 0.05);
+  const withPicture = await picture(page);
+  check("the picture shows beside the wood", (await compare(bare, withPicture)).share > 0.05);
   await show(page, "look-reference");
   const again = await Promise.all(places.map(([x, y]) => hit(page, x, y)));
   check("and takes no picks", JSON.stringify(hits) === JSON.stringify(again));
   await slide(page, "reference-deep", -1);
   check(
     "it can be brought to the front",
-    (await compare(beside, await picture(page))).share > 0.05,
+    (await compare(withPicture, await picture(page))).share > 0.05,
   );
   await page.locator("#reference-plane").selectOption("top");
-  check("and laid under it", (await compare(beside, await picture(page))).share > 0.02);
+  check("and laid under it", (await compare(withPicture, await picture(page))).share > 0.02);
   await page.locator("#reference-remove").click();
   check("removed, it is gone", (await compare(bare, await picture(page))).mean < SAME);
   await finish(visit);
@@ -462,9 +461,9 @@ async function picturesAndFilms() {
       video.onerror = () => failed(new Error(video.error.message));
     });
     const see = async (at) => {
-      const sought = new Promise((done) => (video.onseeked = done));
+      const seeked = new Promise((done) => (video.onseeked = done));
       video.currentTime = at;
-      await sought;
+      await seeked;
       const context = new OffscreenCanvas(160, 120).getContext("2d");
       context.drawImage(video, 0, 0);
       return context.getImageData(0, 0, 160, 120).data;
@@ -485,8 +484,8 @@ async function picturesAndFilms() {
       about.turned > 0.3,
   );
   await drawn(page);
-  // Where drawing is slow the view has fewer pixels than the window, down to 0.75 of each side; its
-  // shape is the window's.
+  // If drawing is slow, the view has fewer pixels than the window, down to 0.75 of each side. Its
+  // shape equals the window's.
   const size = await page.evaluate(() => [
     document.getElementById("view").width,
     document.getElementById("view").height,
@@ -531,7 +530,7 @@ async function byKeyboardAlone() {
   const chosen = await picture(page);
   check("arrows move the light", (await compare(clay, chosen)).mean > 1);
 
-  // What is chosen is there again.
+  // The choices are restored.
   await page.reload();
   await shown(page);
   await ready(page);
@@ -540,7 +539,7 @@ async function byKeyboardAlone() {
   check(`and is what is drawn, with its light: ${JSON.stringify(again)}`, again.mean < SAME);
   const frames = () => page.evaluate(() => window.kibori.frames()),
     before = await frames();
-  await reports(page, 40); // two seconds, or more
+  await reports(page, 40); // two seconds or more
   check("at rest nothing is drawn", (await frames()) === before);
   await finish(visit);
 }

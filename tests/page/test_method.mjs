@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The method, seen: rays, dexels, points that vanish and their numbers, by hand and in an
-// experiment; what is not looked at is not asked for.
-// Usage: node test_method.mjs KIBORI [SCREENSHOTS]
+// The method view: rays, dexels, vanishing points and their numbers, by hand and in an experiment.
+// A page that does not show the method does not ask for it. Usage: node test_method.mjs KIBORI
+// [SCREENSHOTS]
 import { writeFileSync } from "node:fs";
 import { join } from "node:path";
 import {
@@ -25,17 +25,21 @@ import {
   Studio,
   until,
   visible,
+  inPopover,
 } from "./harness.mjs";
 
 const SIZE = { width: 1280, height: 800 };
 const kindOf = (name) => protocol.messages.find((message) => message.name === name).kind;
 
-/** A page that counts what it asks of the method, and what it is answered. */
+/** A page that counts its questions about the method and their answers. */
 async function counted() {
   const page = await open(SIZE);
-  const counts = { asked: 0, answered: 0, bytes: 0 };
+  const counts = { requested: 0, answered: 0, bytes: 0 };
   page.on("websocket", (socket) => {
-    socket.on("framesent", ({ payload }) => (counts.asked += payload[0] === kindOf("AskMethod")));
+    socket.on(
+      "framesent",
+      ({ payload }) => (counts.requested += payload[0] === kindOf("AskMethod")),
+    );
     socket.on("framereceived", ({ payload }) => {
       if (payload[0] !== kindOf("Method")) return;
       counts.answered++;
@@ -44,7 +48,7 @@ async function counted() {
   });
   return { page, counts };
 }
-/** What the view of the method says of itself, and its numbers as they are read. */
+/** The attributes of the method view, and its numbers as shown. */
 const seen = (page) =>
   page.evaluate(() => {
     const box = document.querySelector("#method");
@@ -65,7 +69,7 @@ const untilSeen = (page, what, holds) =>
 async function byHand() {
   const studio = await Studio.start();
   const { page, counts } = await counted();
-  /** What is shown is answered to a question from now on. */
+  /** Waits for an answer to a later question. */
   const methodAnswered = async () => {
     const { answered } = counts;
     await eventually("an answer", () => counts.answered > answered + 1);
@@ -76,30 +80,33 @@ async function byHand() {
   await page.locator("#go").click();
   await shown(page);
   await page.locator("input[name=shape][value=finger]").check({ force: true });
-  await page.locator("#model").selectOption("paper");
+  await inPopover(page, "#model", (one) => one.selectOption("paper"));
   await page.locator("#view").focus();
-  // The middle of its top.
+  // The middle of the block's top.
   const before = await page.evaluate(() =>
     window.kibori.onScreen(window.kibori.middle().map((x, i) => (i === 2 ? 2 * x : x))),
   );
   await hover(page, before.x, before.y);
   await atRest(page);
-  check("what is not looked at is not asked for", counts.asked === 0);
+  check("what is not looked at is not asked for", counts.requested === 0);
   check("and not shown", !(await seen(page)).visible);
 
   await page.keyboard.press("m");
   const hovering = await untilSeen(page, "rays", (s) => Number(s.rays) > 100 && s.pitch !== "–");
   check(`24 x 24 rays at most (${hovering.rays})`, Number(hovering.rays) <= 25 * 25);
   check("each a dexel below the surface", Number(hovering.dexels) > 50);
-  check(`the pitch is told (${hovering.pitch})`, /^0\.417 mm, every/.test(hovering.pitch));
+  check(`the pitch is shown (${hovering.pitch})`, /^0\.417 mm, 1 ray in/.test(hovering.pitch));
   check("nothing has vanished yet", !hovering.vanished || hovering.vanished === "0");
   await reports(page, 20);
-  const rested = counts.asked;
-  await reports(page, 40); // two seconds, or more
-  check(`at rest it asks little (${counts.asked - rested} in 2 s)`, counts.asked - rested <= 12);
+  const rested = counts.requested;
+  await reports(page, 40); // two seconds or more
+  check(
+    `at rest it asks little (${counts.requested - rested} in 2 s)`,
+    counts.requested - rested <= 12,
+  );
 
   const first = await state(page);
-  const from = counts.asked,
+  const from = counts.requested,
     began = Date.now();
   await page.mouse.down();
   for (let i = 1; i <= 30; i++) {
@@ -109,7 +116,7 @@ async function byHand() {
   }
   const cut = await untilSeen(page, "points that vanished", (s) => Number(s.vanished) > 20);
   await page.mouse.up();
-  const rate = (1000 * (counts.asked - from)) / (Date.now() - began);
+  const rate = (1000 * (counts.requested - from)) / (Date.now() - began);
   check(`no more than 30 times a second (${rate.toFixed(1)})`, rate <= 31);
   check(
     `an answer is bounded (${counts.bytes} bytes)`,
@@ -121,11 +128,11 @@ async function byHand() {
     (s) => Number(s.points) > 0 && s.force !== "–",
   );
   // The paper's model: |F| is Kf K.
-  check(`K, |F| and the volume are told (${JSON.stringify(numbers)})`, /N$/.test(numbers.force));
+  check(`K, |F| and the volume are shown (${JSON.stringify(numbers)})`, /N$/.test(numbers.force));
   check("the volume beside K h³", /mm³ \(K h³: [\d.e-]+\)/.test(numbers.volume));
   await until(page, "a step", (s) => Number(s.step) > Number(first.step));
 
-  // What an undo takes back, or brings, did not vanish in a tick.
+  // Points that an undo removes or restores did not vanish in a tick.
   await atRest(page);
   await methodAnswered();
   const kept = (await seen(page)).vanished;
@@ -138,7 +145,7 @@ async function byHand() {
   check("going back and forth is no tick", (await seen(page)).vanished === kept);
   check("points did vanish", Number(cut.vanished) > 20);
 
-  // The fields, by the panel; and off by the key.
+  // The panel chooses the fields, and the key switches the view off.
   await page.locator("#look-box > summary").click();
   for (const [value, name] of [
     ["0", "x"],
@@ -151,24 +158,26 @@ async function byHand() {
     await visible(page);
     await show(page, `method-${name}`);
   }
-  // A picture leaves it out, and the solid in it is whole.
-  const ways = await page.evaluate(() => window.kibori.thumbnail().then((blob) => blob.size > 500));
-  check("pictures can be taken meanwhile", ways);
+  // A picture leaves the method out and shows the whole solid.
+  const hasPicture = await page.evaluate(() =>
+    window.kibori.thumbnail().then((blob) => blob.size > 500),
+  );
+  check("pictures can be taken meanwhile", hasPicture);
   await page.locator("#look-box > summary").click();
   await page.locator("#view").focus();
   await page.keyboard.press("m");
   check("the key hides it", !(await seen(page)).visible);
   await atRest(page);
-  const asked = counts.asked;
+  const requested = counts.requested;
   await hover(page, before.x - 30, before.y);
   await atRest(page);
-  check("and nothing is asked any more", counts.asked === asked);
-  check("the key is listed", /the method/.test(await page.locator("#bindings").textContent()));
+  check("and nothing is asked any more", counts.requested === requested);
+  check("the key is listed", /method view/.test(await page.locator("#bindings").textContent()));
   await studio.end();
 }
 
-// The paper's finger: a groove that deepens, as slow as can be looked at, and so that a machine that
-// draws slowly is there before its end.
+// The paper's finger makes a groove that gets deeper. It is as slow as is bearable, so that a slow
+// machine sees it before its end.
 const SCENE = `
 [stock]
 block = [60, 30, 20]
@@ -196,13 +205,13 @@ const KF = 0.05,
 async function anExperiment() {
   const studio = await Studio.start();
   const { page } = await counted();
-  // Drawn as where there is a graphics card: docs/method.png is the picture that it shows.
+  // Draw as with a graphics card: docs/method.png is this picture.
   if (pictures)
     await page.addInitScript(() => {
-      const asked = WebGL2RenderingContext.prototype.getParameter;
+      const requested = WebGL2RenderingContext.prototype.getParameter;
       WebGL2RenderingContext.prototype.getParameter = function (name) {
-        const said = asked.call(this, name);
-        return typeof said === "string" && /swiftshader/i.test(said) ? "a card" : said;
+        const output = requested.call(this, name);
+        return typeof output === "string" && /swiftshader/i.test(output) ? "a card" : output;
       };
     });
   await enter(page, studio.url);
@@ -214,7 +223,7 @@ async function anExperiment() {
   await until(page, "an experiment", (s) => s.shown === "solid" && Number(s.chunks) > 0);
   await page.locator("#view").focus();
   await page.keyboard.press("m");
-  // Nearer, where the finger goes.
+  // Zoom in on the finger's path.
   const place = await page.evaluate(() => window.kibori.onScreen([31, 15, 17]));
   await page.mouse.move(place.x, place.y);
   for (let i = 0; i < 4; i++) {
@@ -226,7 +235,8 @@ async function anExperiment() {
     "points that vanish, of dexels",
     (s) => Number(s.vanished) > 300 && Number(s.points) > 0 && Number(s.dexels) > 100,
   );
-  // What is read is of one tick: eq. (4), F = Kf K; and K h³ is about what the dexels lost.
+  // The numbers belong to one tick: eq. (4), F = Kf K. K h³ is about the volume that the dexels
+  // lost.
   for (let i = 0; i < 12; i++) {
     const now = await seen(page);
     const k = Number(now.points),

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// No-go in a real browser: a mesh is added as a template, a stroke through it leaves it whole, what
-// remains is shown in colours and numbers, and the command line tells the same. See harness.mjs.
-// Usage: node test_no_go.mjs KIBORI [SCREENSHOTS]
+// Protected regions in a real browser. A mesh is added as a template, and a stroke through it
+// leaves it whole. Colours and numbers show the remaining material, and the command line agrees.
+// See harness.mjs. Usage: node test_no_go.mjs KIBORI [SCREENSHOTS]
 import { execFileSync } from "node:child_process";
 import { writeFileSync } from "node:fs";
 import { join } from "node:path";
@@ -26,7 +26,7 @@ import {
 
 const SIZE = { width: 1280, height: 800 };
 
-/** An ellipsoid of these half axes [mm], as OBJ. */
+/** An ellipsoid with these half axes [mm], as OBJ. */
 function ellipsoid(radii) {
   const around = 48,
     up = 24,
@@ -44,7 +44,7 @@ function ellipsoid(radii) {
       if (j > 0) lines.push(`f ${at(i, j)} ${at(i + 1, j)} ${at(i + 1, j + 1)}`);
       if (j + 1 < up) lines.push(`f ${at(i, j)} ${at(i + 1, j + 1)} ${at(i, j + 1)}`);
     }
-  // The poles are rings of one place; a mesh has each place once.
+  // The poles are rings at one position. A mesh needs each position once.
   return lines.join("\n").replaceAll(
     /^f (.*)$/gm,
     (_, f) =>
@@ -56,7 +56,7 @@ function ellipsoid(radii) {
 }
 const pole = (n, around, up) => (n <= around ? 1 : n > up * around ? up * around + 1 : n);
 
-const said = (page) => page.locator("#remains-said").textContent();
+const output = (page) => page.locator("#remains-said").textContent();
 const stroke = (page, from, to) => drag(page, [from, to], { steps: 24, hold: 400 });
 
 async function aTemplate() {
@@ -101,17 +101,17 @@ async function aTemplate() {
   check("it has the file's name", list[1].name === "egg");
   await show(page, "no-go-veil");
 
-  // Hidden, it is still there.
+  // A hidden template still protects.
   await page.locator('#body-list li[data-body="2"] .visible').click();
   last = await until(page, "hidden", (s) => Number(s.step) > Number(last.step));
   await page.locator("#body-remains").click();
   await page.locator("#remains-said", { hasText: "At most" }).waitFor();
   await atRest(page);
-  const before = await said(page);
-  check(`what remains is told (${before})`, /At most [\d.]+ mm remain/.test(before));
+  const before = await output(page);
+  check(`the remaining volume is shown (${before})`, /At most [\d.]+ mm remain/.test(before));
   await show(page, "no-go-remains");
 
-  // Strokes across the top, to and fro.
+  // Strokes across the top, back and forth.
   const middle = await page.evaluate(() => window.kibori.onScreen(window.kibori.middle()));
   for (let i = -2; i <= 2; i++) {
     await stroke(
@@ -121,11 +121,11 @@ async function aTemplate() {
     );
     await atRest(page);
   }
-  const after = await said(page);
+  const after = await output(page);
   check(`less remains (${after})`, after !== before);
   await show(page, "no-go-carved");
 
-  // On the template itself nothing works, nor what reshapes beside it.
+  // On the template itself no tool works, and no brush reshapes next to it.
   await page.locator("#view").focus();
   await page.keyboard.down("Shift");
   await page.mouse.move(middle.x, middle.y);
@@ -141,7 +141,7 @@ async function aTemplate() {
   await page.locator("#body-remains").click();
   check("the colours are gone again", !(await page.locator("#remains").isVisible()));
 
-  // The flag, off and on again.
+  // Switch the flag off and on again.
   last = await state(page);
   await page.locator('#body-list li[data-body="2"] .no_go').click();
   last = await until(page, "no flag", (s) => Number(s.step) > Number(last.step));
@@ -154,25 +154,26 @@ async function aTemplate() {
   await started(page);
 
   check(
-    "carved again, all is as it was",
-    /all is as it was written/.test(
+    "carved again without differences",
+    /steps, .*no differences/.test(
       execFileSync(kibori, ["verify", newest()], { encoding: "utf8" }),
     ),
   );
-  const told = JSON.parse(
+  const reported = JSON.parse(
     execFileSync(kibori, ["bodies", newest(), "--json"], { encoding: "utf8" }),
   );
   const egg = (4 / 3) * Math.PI * 30 * 20 * 13;
-  check("the template is whole", Math.abs(told[1].volume_mm3 / egg - 1) < 0.01);
-  check("no-go is told", told[1].no_go && !told[0].no_go);
-  const most = Number(/At most ([\d.]+)/.exec(after)[1]);
+  check("the template is whole", Math.abs(reported[1].volume_mm3 / egg - 1) < 0.01);
+  check("no-go is reported", reported[1].no_go && !reported[0].no_go);
+  const largest = Number(/At most ([\d.]+)/.exec(after)[1]);
   check(
-    `the command line measures the same (${told[0].remains_max_mm})`,
-    Math.abs(told[0].remains_max_mm / most - 1) < 0.06,
+    `the command line measures the same (${reported[0].remains_max_mm})`,
+    Math.abs(reported[0].remains_max_mm / largest - 1) < 0.06,
   );
   check(
     "all of the template is within what was carved",
-    Math.abs(told[0].volume_mm3 - told[0].remains_mm3 - told[1].volume_mm3) < 1e-3 * egg,
+    Math.abs(reported[0].volume_mm3 - reported[0].remains_mm3 - reported[1].volume_mm3) <
+      1e-3 * egg,
   );
   await studio.end();
 }
@@ -196,7 +197,7 @@ async function aMask() {
   await atRest(page);
   const rows = await page.locator("#body-list li").count();
   check(`the mask is in the list (${rows})`, rows === 2);
-  // Off with some of it.
+  // Erase part of it.
   await page.keyboard.down("Alt");
   await stroke(page, at(60, -60), at(20, -60));
   await page.keyboard.up("Alt");
@@ -213,8 +214,8 @@ async function aMask() {
   await page.locator("#leave").click();
   await started(page);
   check(
-    "carved again, all is as it was",
-    /all is as it was written/.test(
+    "carved again without differences",
+    /steps, .*no differences/.test(
       execFileSync(kibori, ["verify", newest()], { encoding: "utf8" }),
     ),
   );

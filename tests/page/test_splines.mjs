@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Splines in a real browser: points put on the piece and dragged, what they make shown meanwhile,
-// applied, carved over, changed later; and the command line comes to the same. See harness.mjs.
+// Splines in a real browser. Points are put on the piece and dragged, with a preview. The spline is
+// applied, carved over and edited later. The command line gets the same result. See harness.mjs.
 // Usage: node test_splines.mjs KIBORI [SCREENSHOTS]
 import { readdirSync } from "node:fs";
 import { join } from "node:path";
@@ -31,10 +31,13 @@ async function press(page, { x, y }, to = null) {
   await page.mouse.up();
   await frames(page);
 }
-const says = (page) => page.locator("#spline-says").textContent();
-/** At rest, and drawn; a machine that draws slowly waits with shadows until a spline is left. */
+const errorText = (page) => page.locator("#spline-says").textContent();
+/**
+ * Waits until the page is at rest and has drawn. A slow machine draws shadows only after the user
+ * leaves the spline.
+ */
 async function rests(page) {
-  await answered(page); // a preview that is out of date is asked for once more
+  await answered(page); // an outdated preview is requested once more
   await steady(page);
   await visible(page);
   return state(page);
@@ -72,7 +75,7 @@ async function drawn() {
   check("and is no step", (await state(page)).step === last.step);
   await show(page, "splines-points");
 
-  // A point is dragged up, off the piece: the rod follows.
+  // Drag a point up, off the piece. The rod follows.
   await page.mouse.move(points[1].x, points[1].y);
   await page.mouse.down();
   await page.mouse.move(points[1].x + 10, points[1].y - 30, { steps: 20 });
@@ -90,7 +93,7 @@ async function drawn() {
   check("applied, it is what was shown", Math.abs((await volume(page)) - arch) < 1e-6 * whole);
   check("the choices are gone", !(await page.locator("#spline-choices").isVisible()));
 
-  // A stroke over it, and the spline is changed.
+  // Carve a stroke over it, then edit the spline.
   await press(
     page,
     { x: middle.x - 100, y: middle.y + 40 },
@@ -121,7 +124,7 @@ async function drawn() {
     thinner < carved && thinner > whole - 2000,
   );
 
-  // Left off, nothing has changed.
+  // Cancelling changes nothing.
   await page.locator("#view").focus();
   await page.keyboard.press("Shift+K");
   await page.locator("#spline-operation").selectOption("cut");
@@ -131,7 +134,7 @@ async function drawn() {
   check("left off, it is gone", Math.abs((await volume(page)) - thinner) < 1e-6 * whole);
   check("and there is no step of it", (await state(page)).step === revised.step);
 
-  // A profile, pushed through; and what can't be is told.
+  // An extruded profile, and the message for an impossible one.
   await page.keyboard.press("Shift+K");
   await page.locator("#spline-kind").selectOption("extrude");
   await page.locator("#spline-size").fill("60");
@@ -143,7 +146,7 @@ async function drawn() {
   ])
     await press(page, { x: middle.x + x, y: middle.y + y });
   await page.locator("#spline-closed").check();
-  check(`it can be (${await says(page)})`, (await volume(page)) < thinner - 1000);
+  check(`it can be (${await errorText(page)})`, (await volume(page)) < thinner - 1000);
   await page.locator("#view").focus();
   await page.keyboard.press("Enter");
   last = await until(page, "the hole", (s) => Number(s.step) > Number(revised.step));
@@ -155,11 +158,14 @@ async function drawn() {
   await page.locator("#spline-size").fill("90");
   for (const point of points) await press(page, point);
   await rests(page);
-  check(`what can't be is told (${await says(page)})`, /thicker/.test(await says(page)));
+  check(
+    `invalid input is reported (${await errorText(page)})`,
+    /thicker/.test(await errorText(page)),
+  );
   await page.keyboard.press("Escape");
   await page.locator("#leave").click();
   await started(page);
-  check("carved again, all is as it was", verified());
+  check("carved again without differences", verified());
   await studio.end();
 }
 

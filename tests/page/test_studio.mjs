@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The page in a real browser: from the first look to the first cut and back, pen and finger, files,
-// what goes wrong, and that what it shows is what there is. Usage: node test_studio.mjs KIBORI
+// The page in a real browser: from the start page to the first cut and back, pen and finger, files,
+// and failures. The page shows exactly the document. Usage: node test_studio.mjs KIBORI
 // [SCREENSHOTS' FOLDER]
 import { execFileSync } from "node:child_process";
 import { createHash } from "node:crypto";
@@ -30,10 +30,11 @@ import {
   state,
   Studio,
   until,
+  inPopover,
 } from "./harness.mjs";
 
-// The places of presses below are those of a piece in the middle of what is right of the tools;
-// they are moved to where it is shown.
+// The positions of presses below assume a piece in the middle of the area right of the tools. They
+// are moved to where it is shown.
 const moved = new WeakMap();
 async function shown(page) {
   const now = await allShown(page);
@@ -46,7 +47,7 @@ async function shown(page) {
   moved.set(page, { x: at.x - (230 + width) / 2, y: at.y - height / 2 });
   return now;
 }
-// Pens and fingers, moved alike.
+// Drives pens and fingers through one interface.
 async function glass(page) {
   const session = await page.context().newCDPSession(page);
   const to = (point) => ({
@@ -55,10 +56,10 @@ async function glass(page) {
     y: point.y + moved.get(page).y,
   });
   return {
-    send: (what, said) =>
+    send: (what, output) =>
       session.send(
         what,
-        said.touchPoints ? { ...said, touchPoints: said.touchPoints.map(to) } : to(said),
+        output.touchPoints ? { ...output, touchPoints: output.touchPoints.map(to) } : to(output),
       ),
   };
 }
@@ -66,10 +67,13 @@ async function glass(page) {
 async function firstCutAndBack() {
   const studio = await Studio.start();
   const page = await open({ width: 800, height: 500 }, { draws: true });
-  // As the program opens a browser: by way of a file that leads here.
-  const way = join(folder, "open.html");
-  writeFileSync(way, `<!doctype html><meta http-equiv="refresh" content="0;url=${studio.url}">`);
-  await enter(page, studio.url, `file://${way}`);
+  // Open the page as the program does, through a file with a redirect.
+  const openFile = join(folder, "open.html");
+  writeFileSync(
+    openFile,
+    `<!doctype html><meta http-equiv="refresh" content="0;url=${studio.url}">`,
+  );
+  await enter(page, studio.url, `file://${openFile}`);
   await started(page);
   check("the token does not stay in the address", !page.url().includes("token"));
   await show(page, "start");
@@ -79,7 +83,7 @@ async function firstCutAndBack() {
   const first = await shown(page);
   check("a hint says what to do", await page.locator("#hint").isVisible());
 
-  // Another window sees the same, and only watches.
+  // Another window shows the same document and only watches.
   const watcher = await page.context().newPage();
   await watcher.goto(new URL(studio.url).origin);
   await until(watcher, "the same block", (s) => s.hash === first.hash);
@@ -92,13 +96,13 @@ async function firstCutAndBack() {
   await page.mouse.down();
   for (let i = 0; i < 12; i++) await page.mouse.move(510 + 4 * i, 250 - i);
   await until(page, "the volume falls", (s) => Number(s.volume) < Number(first.volume) - 1);
-  let felt = false;
-  for (let i = 0; i < 200 && !felt; i++) {
-    // Into wood that is not cut yet: a groove that is gone over again is not felt.
+  let touched = false;
+  for (let i = 0; i < 200 && !touched; i++) {
+    // Move over uncut wood. A groove produces no force the second time.
     await page.mouse.move(510 + 4 * (i % 12), 250 - (i % 12) + 0.4 * i);
-    felt = /[1-9]/.test(await page.locator("#n-force").textContent());
+    touched = /[1-9]/.test(await page.locator("#n-force").textContent());
   }
-  check("the force is told", felt);
+  check("the force is shown", touched);
   await show(page, "cut");
   await page.mouse.up();
   const cut = await until(page, "a step", (s) => Number(s.step) > 1 && s.hash !== first.hash);
@@ -109,7 +113,7 @@ async function firstCutAndBack() {
   await page.keyboard.press("Control+y");
   await until(page, "redone", (s) => Number(s.step) > 1);
 
-  // The history's cells go where they say; names stay.
+  // The history's cells lead to their steps, and names stay.
   await page.locator("#history .more").last().click();
   await page.locator("#version").fill("the first cut");
   await page.keyboard.press("Enter");
@@ -117,7 +121,7 @@ async function firstCutAndBack() {
   await page.locator("#history .step").first().click();
   await until(page, "the stock again", (s) => s.step === "1" && s.hash === first.hash);
 
-  // A key is given to something else.
+  // Assign a key to another action.
   await page.keyboard.press("?");
   check("? shows the keys", await page.locator("#keys").isVisible());
   await page.locator("#bindings button", { hasText: "Ctrl+y" }).click();
@@ -127,7 +131,7 @@ async function firstCutAndBack() {
   await page.keyboard.press("r");
   await until(page, "redone by another key", (s) => Number(s.step) > 1);
 
-  // The other takes the tool.
+  // The other window takes the tool.
   await watcher.bringToFront();
   await watcher.locator("#take").click();
   await watcher.locator("#take").waitFor({ state: "hidden" });
@@ -141,10 +145,10 @@ async function penAndFinger() {
   const page = await open({ width: 700, height: 460 }, { hasTouch: true });
   await enter(page, studio.url);
   const first = await shown(page);
-  // A pen that presses twice as hard takes more away.
+  // A pen that presses twice as hard removes more.
   const touch = await glass(page);
   const pen = async (force) => {
-    const say = (type, x, more) =>
+    const dispatch = (type, x, more) =>
       touch.send("Input.dispatchMouseEvent", {
         type,
         x,
@@ -157,14 +161,14 @@ async function penAndFinger() {
         tiltY: -10,
         ...more,
       });
-    await say("mouseMoved", 470, { button: "none", buttons: 0, force: 0 });
-    await say("mousePressed", 470, { clickCount: 1 });
+    await dispatch("mouseMoved", 470, { button: "none", buttons: 0, force: 0 });
+    await dispatch("mousePressed", 470, { clickCount: 1 });
     for (let i = 0; i <= 20; i++) {
-      await say("mouseMoved", 470 + 2 * i);
+      await dispatch("mouseMoved", 470 + 2 * i);
       await pace(page, 30);
     }
     await pace(page, 300);
-    await say("mouseReleased", 510, { clickCount: 1, buttons: 0, force: 0 });
+    await dispatch("mouseReleased", 510, { clickCount: 1, buttons: 0, force: 0 });
   };
   await show(page, "hands");
   const removed = [];
@@ -181,7 +185,7 @@ async function penAndFinger() {
     await until(page, "undone", (s) => s.hash === first.hash);
     check("a step of the pen", Number(cut.step) > 1);
   }
-  // The hand that holds the pen rests on the glass, too: the view stays, and the stroke goes on.
+  // The hand that holds the pen also rests on the screen. The view stays, and the stroke continues.
   await page.locator("#axis").selectOption("normal");
   const steady = await page.evaluate(() => window.kibori.eye());
   const resting = await state(page);
@@ -215,7 +219,7 @@ async function penAndFinger() {
     removed[1] > 1.5 * removed[0],
   );
 
-  // A finger on glass.
+  // A finger on the screen.
   await page.locator("#axis").selectOption("view");
   const before = await state(page);
   await touch.send("Input.dispatchTouchEvent", {
@@ -236,7 +240,7 @@ async function penAndFinger() {
     (s) => Number(s.step) > Number(before.step) && Number(s.volume) < Number(before.volume) - 1,
   );
 
-  // Two fingers look, even where the first had begun to cut.
+  // Two fingers control the view, even if the first had begun to cut.
   const whole = await atRest(page);
   const eye = await page.evaluate(() => window.kibori.eye());
   const fingers = (apart, type = "touchMove") =>
@@ -266,34 +270,34 @@ async function penAndFinger() {
   check("two fingers come nearer", Math.hypot(...last) < 0.9 * Math.hypot(...eye));
   check("little by little", leap < 0.5 * Math.hypot(...eye));
   check("and cut nothing", (await atRest(page)).hash === whole.hash);
-  await page.locator("#frame").click();
+  await page.locator("#frame").evaluate((button) => button.click());
 
-  // Feeling cuts nothing.
+  // Touch mode cuts nothing.
   await page.locator("input[name=mode][value='touch']").check();
-  const felt = await state(page);
+  const touched = await state(page);
   await page.mouse.move(470, 240);
   await page.mouse.down();
   for (let i = 0; i < 10; i++) await page.mouse.move(470 + 4 * i, 240);
   await pace(page, 800);
   await page.mouse.up();
-  check("feeling cuts nothing", (await atRest(page)).hash === felt.hash);
+  check("feeling cuts nothing", (await atRest(page)).hash === touched.hash);
 
-  // Killed in the middle and started again at the same place: the page comes back by itself, and
+  // Kill the studio and start it again at the same address. The page reconnects by itself, and
   // nothing is lost.
   const port = new URL(studio.url).port;
   await studio.end("SIGKILL");
   await page.locator("#lost", { hasText: "Start 'kibori studio' again" }).waitFor();
   const again = await Studio.start(join(folder, "hands.kibori"), "--port", port);
-  // The key went with the process that gave it.
+  // The key was lost with the process that gave it.
   await enter(page, again.url);
   const back = await shown(page);
-  check("nothing is lost", back.hash === felt.hash && back.step === felt.step);
+  check("nothing is lost", back.hash === touched.hash && back.step === touched.step);
   await page.context().close();
   check("the studio ends well", (await again.end()) === 0);
 }
 
-// The address opens the studio in one browser, at any time there; another one is told where the
-// next stands. What the browser keeps goes to no other port.
+// The address opens the studio in one browser, at any time. Another browser learns where to find
+// the next address. The browser's stored key goes to no other port.
 async function whoHasTheKey() {
   const studio = await Studio.start(join(folder, "key.kibori"));
   const page = await open({ width: 800, height: 500 });
@@ -342,9 +346,8 @@ async function whoHasTheKey() {
   check("the studio ends well", (await studio.end()) === 0);
 }
 
-// A page whose computer is slow, that stands still for seconds, whose line breaks and that is
-// loaded anew shows in the end the same triangles that the document's surface has, extracted by
-// another process.
+// A page on a slow computer pauses for seconds, loses its connection and is reloaded. In the end it
+// shows the triangles of the document's surface, which another process extracts.
 async function whatIsShownIsTheModel() {
   const strokes = Number(process.env.KIBORI_STROKES ?? 300);
   const seed = Number(process.env.KIBORI_SEED ?? Date.now() % 1e9);
@@ -359,7 +362,7 @@ async function whatIsShownIsTheModel() {
   await hand.goto(new URL(studio.url).origin);
   await shown(hand);
   await hand.evaluate(() => window.kibori.still(true));
-  // The strokes come from a line of their own.
+  // The strokes use a separate connection.
   const carving = hand.evaluate(
     ([count, begin, version]) =>
       new Promise((done) => {
@@ -372,8 +375,8 @@ async function whatIsShownIsTheModel() {
         };
         const line = new WebSocket(`ws://${location.host}/ws`);
         line.binaryType = "arraybuffer";
-        // Aim, or Press with its mode: tip, axis and now.
-        const say = (kind, numbers, byte) => {
+        // Aim, or Press with its mode: tip, axis and time.
+        const dispatch = (kind, numbers, byte) => {
           const mode = byte === undefined ? 0 : 1,
             view = new DataView(new ArrayBuffer(1 + 8 * numbers.length + mode + 8));
           view.setUint8(0, kind);
@@ -397,10 +400,10 @@ async function whatIsShownIsTheModel() {
               JSON.stringify(tools[Math.floor(random(0, tools.length))]),
             );
             line.send(new Uint8Array([8, tool.length, 0, 0, 0, ...tool]));
-            say(3, [at[0], at[1], at[2] + 8, ...axis], random(0, 1) < 0.75 ? 0 : 1);
-            say(2, [...at, ...axis]);
+            dispatch(3, [at[0], at[1], at[2] + 8, ...axis], random(0, 1) < 0.75 ? 0 : 1);
+            dispatch(2, [...at, ...axis]);
             await new Promise((next) => setTimeout(next, 8));
-            say(2, [...to, ...axis]);
+            dispatch(2, [...to, ...axis]);
             await new Promise((next) => setTimeout(next, 12));
             line.send(new Uint8Array([4]));
             if (random(0, 1) < 0.05) line.send(new Uint8Array([6]));
@@ -464,7 +467,7 @@ async function whatIsShownIsTheModel() {
 }
 
 async function mirrorsDevicesAndExperiments() {
-  // X mirrors left and right: the hand's cut falls on both sides, and so does its volume.
+  // X mirrors left and right. The cut and its volume occur on both sides.
   const file = join(folder, "mirror.kibori");
   const studio = await Studio.start(file);
   const page = await open({ width: 1000, height: 640 });
@@ -484,7 +487,7 @@ async function mirrorsDevicesAndExperiments() {
       (s) => s.hash !== before.hash && Number(s.step) > Number(before.step),
     );
   };
-  // Every tool there is, and who watches sees it.
+  // Every tool, and a watching page sees it.
   const others = await page.context().newPage();
   await others.goto(new URL(studio.url).origin);
   await until(others, "the same block", (s) => s.hash === first.hash);
@@ -492,7 +495,7 @@ async function mirrorsDevicesAndExperiments() {
   await page.bringToFront();
   let last = first,
     y = 260;
-  await page.locator("#model").selectOption("energy");
+  await inPopover(page, "#model", (one) => one.selectOption("energy"));
   for (const [name, form, value] of [
     ["Finger"],
     ["End mill"],
@@ -516,14 +519,14 @@ async function mirrorsDevicesAndExperiments() {
     if (form) await page.locator("#form").fill(value);
     if (name === "Finger")
       check(
-        "the finger's Ks is told",
+        "the finger's Ks is shown",
         /Ks 0.25/.test(await page.locator("#size-out").textContent()),
       );
     last = await cutOnce(last, (y += 10));
     await until(others, `the cut of the ${name}`, (s) => s.hash === last.hash);
   }
   await others.close();
-  await page.locator("#model").selectOption("series");
+  await inPopover(page, "#model", (one) => one.selectOption("series"));
   await pressUntil(page, "Control+z", "all undone", (s) => s.step === first.step);
   await until(page, "the block again", (s) => s.hash === first.hash);
   await page.keyboard.press("x");
@@ -535,8 +538,8 @@ async function mirrorsDevicesAndExperiments() {
     createHash("sha256")
       .update(execFileSync(join(dirname(kibori), "kibori_chunks"), [which], { maxBuffer: 1 << 30 }))
       .digest("hex");
-  const beside = chunksOf(file);
-  // Beside it, another looks on.
+  const chunksBefore = chunksOf(file);
+  // Another studio opens the same file read-only.
   const reader = await Studio.start(file, "--read-only");
   const looks = await open({ width: 1000, height: 640 });
   await enter(looks, reader.url);
@@ -560,14 +563,14 @@ async function mirrorsDevicesAndExperiments() {
   );
   check(
     "it changed nothing",
-    seen.hash === mirrored.hash && back.hash === first.hash && chunksOf(file) === beside,
+    seen.hash === mirrored.hash && back.hash === first.hash && chunksOf(file) === chunksBefore,
   );
   await looks.context().close();
   check("the one that looks ends well", (await reader.end()) === 0);
   check("the studio with mirrors ends well", (await studio.end()) === 0);
-  execFileSync(kibori, ["verify", file]); // carved again, it is the same
+  execFileSync(kibori, ["verify", file]); // replay gives the same result
 
-  // A simulated hand at a force device, which pushes only when it may.
+  // A simulated hand at a force device. It pushes only after arming.
   const held = await Studio.start("--device", "virtual", join(folder, "held.kibori"));
   await enter(page, held.url);
   await shown(page);
@@ -581,13 +584,13 @@ async function mirrorsDevicesAndExperiments() {
   );
   await page.locator("#arm").click();
   await until(page, "the hand carves", (s) => Number(s.step) > 1);
-  await page.locator("#device-state", { hasText: /^On/ }).waitFor(); // armed it pushes
+  await page.locator("#device-state", { hasText: /^On/ }).waitFor(); // armed, it pushes
   await show(page, "device");
   await page.locator("#arm").click();
-  await page.locator("#device-state", { hasText: /^Off/ }).waitFor(); // disarmed it does not
+  await page.locator("#device-state", { hasText: /^Off/ }).waitFor(); // disarmed, it does not
   check("the studio with a device ends well", (await held.end()) === 0);
 
-  // Two runs of an experiment beside each other.
+  // Two runs of an experiment for comparison.
   const runs = await Studio.start();
   await enter(page, runs.url);
   await started(page);
@@ -626,31 +629,31 @@ async function mirrorsDevicesAndExperiments() {
     page.locator("#runs-csv").click(),
   ]);
   await table.saveAs(join(folder, "forces.csv"));
-  const most = [0, 0, 0];
+  const largest = [0, 0, 0];
   for (const line of readFileSync(join(folder, "forces.csv"), "utf8").trim().split("\n").slice(1)) {
     const cells = line.split(","),
       f = Math.hypot(...cells.slice(4, 7).map(Number));
-    most[Number(cells[0]) - 1] = Math.max(most[Number(cells[0]) - 1], f);
+    largest[Number(cells[0]) - 1] = Math.max(largest[Number(cells[0]) - 1], f);
   }
-  // As the command line has it; the scene itself says paper.
-  const said = execFileSync(kibori, [
+  // Compare with the command line. The scene itself uses the model paper.
+  const output = execFileSync(kibori, [
     "carve",
     join(dirname(new URL(import.meta.url).pathname), "../../examples/fig8-upright.toml"),
     "--json",
   ]);
-  const told = JSON.parse(said).max_force_N;
+  const reported = JSON.parse(output).max_force_N;
   check(
-    `the table has the forces of 'kibori carve': ${most} and ${told}`,
-    Math.abs(most[2] - told) < 1e-4 * told && most[0] > 100 * most[2],
+    `the table has the forces of 'kibori carve': ${largest} and ${reported}`,
+    Math.abs(largest[2] - reported) < 1e-4 * reported && largest[0] > 100 * largest[2],
   );
-  // A scene without a spring is felt by a person's hand: no more than 200 N, and that takes
-  // something away.
+  // A scene without a spring is carved with a hand's strength of at most 200 N, and it removes
+  // something.
   const [, removed] = /series\s+(?:[\d.,]+\s+){3}([\d.,]+)/.exec(
     await page.locator("#runs").innerText(),
   );
   check(
-    `a hand of 200 N: ${most[1]} N, ${removed} mm^3`,
-    most[1] > 150 && most[1] < 201 && Number(removed.replace(",", "")) > 20,
+    `a hand of 200 N: ${largest[1]} N, ${removed} mm^3`,
+    largest[1] > 150 && largest[1] < 201 && Number(removed.replace(",", "")) > 20,
   );
   await page.context().close();
   check("the studio of the runs ends well", (await runs.end()) === 0);
@@ -706,7 +709,7 @@ async function files() {
     if (error.code !== "ENOENT") throw error;
   }
   execFileSync(kibori, ["verify", join(folder, "out.kibori")]);
-  // What is none is refused in a sentence, and one can go on.
+  // An invalid file is refused with a sentence, and the user can continue.
   await page.locator("#leave").click();
   await started(page);
   writeFileSync(mesh, "no mesh at all");
@@ -722,7 +725,7 @@ async function files() {
   check("the studio ends well", (await studio.end()) === 0);
 }
 
-// A full disk, in a file system of its own; only who is root can make one.
+// A full disk, as a separate file system. Only root can make one.
 async function fullDisk() {
   const small = join(folder, "small");
   try {
@@ -741,7 +744,7 @@ async function fullDisk() {
     try {
       for (let i = 0; i < 2000; i++) writeFileSync(join(small, `filler${i}`), Buffer.alloc(4096));
     } catch {
-      // Full.
+      // The disk is full.
     }
     for (let stroke = 0; stroke < 3; stroke++) {
       await page.mouse.move(360 + 30 * stroke, 240);
@@ -760,7 +763,7 @@ async function fullDisk() {
       (s) => Number(s.volume) < Number(first.volume) - 1,
     );
     check("it goes on in memory", Number(now.step) > 1);
-    // Elsewhere there is room.
+    // There is space elsewhere.
     await page.keyboard.press("Control+e");
     await page.locator("#format").selectOption("kibori");
     const download = page.waitForEvent("download");
@@ -770,10 +773,10 @@ async function fullDisk() {
     await page.context().close();
     const status = await studio.end();
     check(
-      `the end says where the rest is (${status}; ${studio.said})`,
-      status === 2 && /rescued/.test(studio.said),
+      `the end says where the rest is (${status}; ${studio.output})`,
+      status === 2 && /rescued/.test(studio.output),
     );
-    const rescued = /(\/\S*rescued\S*\.kibori)/.exec(studio.said);
+    const rescued = /(\/\S*rescued\S*\.kibori)/.exec(studio.output);
     if (rescued) rmSync(rescued[1], { force: true });
   } finally {
     execFileSync("umount", ["-l", small]);
@@ -787,7 +790,7 @@ async function noWebGl() {
   const page = await open({ width: 640, height: 480 }, {}, without);
   await enter(page, studio.url);
   await page.locator("#notice").filter({ hasText: "WebGL" }).waitFor();
-  complaints.length = before; // here it has reason to
+  complaints.length = before; // errors are expected here
   check("the page says that WebGL is missing", true);
   await without.close();
   check("the studio ends well", (await studio.end()) === 0);

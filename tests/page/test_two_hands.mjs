@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Two hands in a real browser: two fingers on glass, each with a tool of its own, make one stroke;
-// and the pointer works beside a device. The command line carves it again. See harness.mjs.
-// Usage: node test_two_hands.mjs KIBORI [SCREENSHOTS]
+// Two hands in a real browser. Two fingers on the screen, each with its own tool, make one stroke.
+// The pointer also works in parallel with a device. The command line replays the result. See
+// harness.mjs. Usage: node test_two_hands.mjs KIBORI [SCREENSHOTS]
 import { readdirSync } from "node:fs";
 import { join } from "node:path";
 import {
@@ -21,6 +21,7 @@ import {
   Studio,
   until,
   verified,
+  inPopover,
 } from "./harness.mjs";
 
 const SIZE = { width: 1280, height: 800 };
@@ -54,9 +55,9 @@ async function twoFingers() {
   const middle = await page.evaluate(() => window.kibori.onScreen(window.kibori.middle()));
   const at = (dx, dy) => [middle.x + dx, middle.y + dy];
 
-  check("nothing is told of a second hand", !(await page.locator("#second-tool").isVisible()));
+  check("no second hand is shown", !(await page.locator("#second-tool").isVisible()));
   await choose(page, "shape", "flat");
-  await page.locator("#second-mode").selectOption("cut");
+  await inPopover(page, "#second-mode", (one) => one.selectOption("cut"));
   check(
     "it takes the tool that is chosen",
     /Flat|End/i.test(await page.locator("#second-name").textContent()),
@@ -68,9 +69,9 @@ async function twoFingers() {
   );
   const eye = await page.evaluate(() => window.kibori.eye());
 
-  // Told at once, so that the stroke to come is still one.
+  // The page sends it at once, so that the next stroke is still one.
   await page.locator("#depth").fill("3");
-  // Both at once, to and fro in two grooves; the second finger comes later and leaves sooner.
+  // Both at once, back and forth in two grooves. The second finger comes later and leaves earlier.
   await touch("touchStart", [1, ...at(-160, -40)]);
   for (let i = 1; i <= 40; i++) {
     const one = [1, ...at(-160 + 8 * i, -40)],
@@ -84,7 +85,7 @@ async function twoFingers() {
     if (i === 24) {
       await show(page, "two-hands");
       check(
-        "the second hand's force is told",
+        "the second hand's force is shown",
         parseFloat(await page.locator("#second-newtons").textContent()) > 0,
       );
     }
@@ -103,8 +104,8 @@ async function twoFingers() {
   await page.keyboard.press("Control+Shift+z");
   await until(page, "and are there again", (s) => s.hash === last.hash);
 
-  // The second hand adds, while the first carves; the first is lifted before it.
-  await page.locator("#second-mode").selectOption("deposit");
+  // The second hand adds while the first carves. The first is lifted earlier.
+  await inPopover(page, "#second-mode", (one) => one.selectOption("deposit"));
   await touch("touchStart", [1, ...at(-160, -80)]);
   await touch("touchStart", [1, ...at(-150, -80)], [2, ...at(0, 80)]);
   for (let i = 1; i <= 20; i++) {
@@ -117,12 +118,12 @@ async function twoFingers() {
     await pace(page, 20);
   }
   await touch("touchEnd");
-  // One step or two, as what the first hand was aimed to is over sooner or later.
+  // One step or two, because the first hand's aims may end earlier or later.
   last = await after(page, last.step);
   await show(page, "two-hands-added");
 
-  // Without one, two fingers look again.
-  await page.locator("#second-mode").selectOption("off");
+  // Without a second hand, two fingers control the view again.
+  await inPopover(page, "#second-mode", (one) => one.selectOption("off"));
   const before = await state(page);
   await touch("touchStart", [1, ...at(-100, 0)]);
   await touch("touchStart", [1, ...at(-100, 0)], [2, ...at(100, 0)]);
@@ -137,16 +138,16 @@ async function twoFingers() {
   check("and nothing is cut", (await state(page)).hash === before.hash);
   await page.locator("#leave").click();
   await started(page);
-  check("carved again, all is as it was", verified());
+  check("carved again without differences", verified());
   await studio.end();
 }
 
-async function besideADevice() {
+async function nextToADevice() {
   const studio = await Studio.start("--device", "virtual");
   const page = await open(SIZE);
   await begin(page, studio.url);
   const first = await state(page);
-  await page.locator("#second-mode").selectOption("cut");
+  await inPopover(page, "#second-mode", (one) => one.selectOption("cut"));
   const middle = await page.evaluate(() => window.kibori.onScreen(window.kibori.middle()));
   await page.mouse.move(middle.x - 120, middle.y + 60);
   await page.mouse.down();
@@ -157,11 +158,11 @@ async function besideADevice() {
   await until(page, "a cut beside the device", (s) => Number(s.volume) < Number(first.volume) - 5);
   await page.locator("#leave").click();
   await started(page);
-  check("carved again, all is as it was", verified());
+  check("carved again without differences", verified());
   await studio.end();
 }
 
-/** A V-gouge, drawn askew by either hand, leads itself: both cut the same groove. */
+/** A V-gouge leads itself, although each hand draws it askew. Both hands cut the same groove. */
 async function bothLead() {
   const taken = [];
   for (const device of [[], ["--device", "virtual"]]) {
@@ -169,10 +170,10 @@ async function bothLead() {
     const page = await open(SIZE);
     await begin(page, studio.url);
     await choose(page, "shape", "vee");
-    await page.locator("#guide").selectOption("line");
+    await inPopover(page, "#guide", (one) => one.selectOption("line"));
     if (device.length > 0) {
-      await choose(page, "mode", "touch"); // the device's hand goes about, and only feels
-      await page.locator("#second-mode").selectOption("cut");
+      await choose(page, "mode", "touch"); // the device's hand moves and only touches
+      await inPopover(page, "#second-mode", (one) => one.selectOption("cut"));
       check("it holds the gouge", /V-gouge/.test(await page.locator("#second-name").textContent()));
     }
     const first = await state(page);
@@ -184,18 +185,18 @@ async function bothLead() {
     await pace(page, 300);
     await page.mouse.up();
     await until(page, "a groove", (s) => Number(s.volume) < Number(first.volume) - 5);
-    // A device's hand goes on, and only feels.
+    // A device's hand continues and only touches.
     if (device.length > 0) await steady(page, (s) => s.volume, 20);
     else await after(page, first.step);
     await show(page, `two-hands-leads-${taken.length}`);
     taken.push(Number(first.volume) - Number((await state(page)).volume));
     await page.locator("#leave").click();
     await started(page);
-    check("carved again, all is as it was", verified());
+    check("carved again without differences", verified());
     await studio.end();
   }
   const [one, other] = taken;
   check(`the same groove (${taken} mm3)`, Math.abs(one - other) < 0.03 * one);
 }
 
-await run([twoFingers, besideADevice, bothLead]);
+await run([twoFingers, nextToADevice, bothLead]);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The page: makes its parts and connects them; what is done with each message of the studio, and
-// with each button.
+// The entry point of the page. It makes the parts and connects them. It handles each message of the
+// studio and each button.
+import { fillTexts, t } from "./base/texts";
 import { actions } from "./actions";
 import { announce, ask, dialog, element, input, put, select } from "./base/dom";
 import { save } from "./base/files";
@@ -13,11 +14,11 @@ import { TICK_NUMBERS } from "./connection/wire";
 import { Experiments } from "./forces/experiments";
 import { ForcePlot } from "./forces/plot";
 import { Senses } from "./forces/senses";
-import { Hand } from "./hand/hand";
+import { Hand, itemName } from "./hand/hand";
 import { Hindered } from "./hand/hindered";
 import { History } from "./history/history";
 import { StepPictures } from "./history/step_pictures";
-import { Bodies } from "./panels/bodies";
+import { BodiesPanel } from "./panels/bodies";
 import { DevicePanel } from "./panels/device";
 import { askExport, listenForExport } from "./panels/export";
 import { Keys } from "./panels/keys";
@@ -27,6 +28,9 @@ import { Measure } from "./panels/measure";
 import { MethodView } from "./panels/method_view";
 import { makeNumberRows } from "./panels/number_row";
 import { showPiece, showTick } from "./panels/numbers";
+import { Palette } from "./panels/palette";
+import { placePopovers } from "./panels/popovers";
+import { Presets } from "./panels/presets";
 import { PrintCheck } from "./panels/print_check";
 import { Settings } from "./panels/settings";
 import { Splines } from "./panels/splines";
@@ -37,8 +41,9 @@ import { lookByKeys } from "./view/look_keys";
 import { View } from "./view/view";
 import type { Material } from "./view/wood";
 
+fillTexts(document.body);
 const canvas = element<HTMLCanvasElement>("view");
-// The view has a frame where the Tab key came to it, and none for a pointer's sake.
+// Show the view's focus frame only after the Tab key, not after a pointer's press.
 document.addEventListener("pointerdown", () => document.body.classList.add("by-pointer"), true);
 document.addEventListener(
   "keydown",
@@ -49,21 +54,17 @@ let view: View;
 try {
   view = new View(canvas);
 } catch {
-  notify(
-    "This browser can't draw in three dimensions: WebGL 2 is off or missing. Turn it on, or use another browser.",
-    Infinity,
-    true,
-  );
+  notify(t("no_webgl"), Infinity, true);
   throw new Error("no WebGL 2");
 }
 
-let rate = 1000; // ticks a second
+let rate = 1000; // ticks per second
 let title = "Kibori";
-let step = 0; // 0: no document is open, or not known yet
+let step = 0; // 0: no document is open, or unknown
 let firstTime = true;
-let tip: Vec3 = [0, 0, 0]; // as of the last tick
+let tip: Vec3 = [0, 0, 0]; // at the last tick
 
-// ---- The parts
+// ---- Parts
 
 const handlers: Handlers = {
   Start: ({ holds, json }) => showStart(holds !== 0, json),
@@ -88,7 +89,7 @@ const handlers: Handlers = {
   ShowTool: ({ tool }) => hand.show(tool),
   ShowStamp: ({ vertices, triangles }) => hand.showStamp(vertices, triangles),
   Fonts: ({ json }) => hand.stamp.showFonts(json),
-  SecondHand: (told) => hand.second.show(told),
+  SecondHand: (message) => hand.second.show(message),
   Device: (d) => {
     hand.device = true;
     device.show(d);
@@ -96,18 +97,19 @@ const handlers: Handlers = {
   Steps: ({ data }) => history.add(data),
   Versions: ({ json }) => history.setVersions(json),
   Work: (work) => showWork(work),
-  // On the first page it may be where something lies that could not be saved.
+  // On the start page the notice may say where unsaved work is stored, so it stays.
   Notice: ({ text }) => notify(text, document.body.dataset.shown === "start" ? Infinity : 8),
 };
 const line = new Connection(handlers, (why) => {
   element("lost").hidden = why === null;
-  if (why) put("lost-why", `${why.text}${why.trying ? " Trying again …" : ""}`);
+  if (why) put("lost-why", `${why.text}${why.trying ? ` ${t("trying_again")}` : ""}`);
   element("again").hidden = why?.trying ?? true;
 });
 const send = (message: Uint8Array): void => line.send(message);
 makeNumberRows({ size: "ratio", depth: "ratio", strength: "ratio", reach: "exponent" });
-// Its gestures are for the piece before the hand's strokes are.
-const bodies = new Bodies(
+placePopovers();
+// Bodies come first, so that their gestures get pointer events before the hand's strokes.
+const bodies = new BodiesPanel(
   canvas,
   view,
   send,
@@ -125,19 +127,27 @@ const splines = new Splines(
 const measure = new Measure(canvas, view, () => send(write.AskMass()));
 const printing = new PrintCheck(send, () => bodies.leaveColours());
 const hand: Hand = new Hand(canvas, view, send, (x, y) => bodies.takeUp(x, y));
+const palette = new Palette();
+new Presets({
+  current: () => ({ item: hand.item, values: hand.values }),
+  use: ({ item, values }) => hand.use(item, values),
+  nameOf: itemName,
+});
 const hindered = new Hindered(hand);
+/** A brush that is less behind the hand than this is not reported [s]. */
+const PENDING_S = 0.3;
 const device = new DevicePanel(send);
 const layout = new Layout((insets) => view.cameras.cover(insets));
 const look = new Look(canvas, view, (ending, what) => save(`${title}.${ending}`, what));
 lookByKeys(canvas, view.cameras.controls);
 const method = new MethodView(view, send);
 look.showsMethod(method);
-// Not kept are what a document says itself (its wood), and mirrors, which would surprise.
+// Not kept: the document's own material. Symmetry and turn, which would surprise the user.
+// tool_memory.ts keeps the numbers of tools and brushes.
 const settings = new Settings(
-  (
-    "shape mode size form turn-by depth strength falloff keep color axis model sound rumble " +
-    "pressure crumbs steady leads stamp-text every"
-  ).split(" "),
+  "shape mode brush color axis model sound rumble pressure crumbs steady leads stamp-text every".split(
+    " ",
+  ),
 );
 const start = new Start(send);
 const plot = new ForcePlot(element("plot"), () => rate);
@@ -161,7 +171,7 @@ const pictures = new StepPictures(view, history, send, {
   may: () => hand.holds,
 });
 
-// ---- What the studio says
+// ---- Messages from the studio
 
 function showStart(holds: boolean, json: string): void {
   hand.holds = holds;
@@ -186,7 +196,7 @@ function showDocument(w: Welcome): void {
   element("title").textContent = element("title").title = title;
   document.body.dataset.shown = "solid";
   notify("");
-  // The focus was where there is nothing any more; keys go on at the piece.
+  // The focused element is gone. Move the focus to the piece, so that keys work there.
   const lost =
     document.activeElement === document.body || element("start").contains(document.activeElement);
   start.hide();
@@ -195,6 +205,7 @@ function showDocument(w: Welcome): void {
   firstTime = false;
   const kinds = JSON.parse(w.materials) as Material[];
   view.wood.setKinds(kinds);
+  put("n-law", kinds[w.material]?.law ?? "–");
   element("material").replaceChildren(
     ...kinds.map((m, i) => new Option(m.name, String(i), i === w.material, i === w.material)),
   );
@@ -219,10 +230,10 @@ function showDocument(w: Welcome): void {
   printing.leave();
 }
 
-/** what: 0 to be worked on, 1 to be looked at, 2 an experiment. */
+/** `what`: 0 for editing, 1 for read-only, 2 for an experiment. */
 function showReadOnly(what: number): void {
   hand.readOnly = what !== 0;
-  element("reading").textContent = what === 2 ? "experiment" : "read only";
+  element("reading").textContent = t(what === 2 ? "experiment" : "read_only");
   element("reading").hidden = !hand.readOnly;
   document.body.classList.toggle("read-only", hand.readOnly);
   document.body.classList.toggle("experiment", what === 2);
@@ -232,7 +243,7 @@ function showReadOnly(what: number): void {
 function showTicks({ start: first, data }: Ticks): void {
   const rows = new Float32Array(data.slice().buffer);
   plot.add(first, rows);
-  senses.feel(rows, rate);
+  senses.update(rows, rate);
   const last = [...rows.subarray(rows.length - TICK_NUMBERS)];
   const [force, moment, axis, side] = [3, 6, 9, 12].map((at) => last.slice(at, at + 3) as Vec3);
   tip = last.slice(0, 3) as Vec3;
@@ -243,7 +254,7 @@ function showTicks({ start: first, data }: Ticks): void {
 }
 
 function showState(s: State): void {
-  // Who takes the tool over brings what is chosen here.
+  // A page that takes over the tool sends its own choices.
   if (s.holds !== 0 && !hand.holds) hand.chooseAll();
   hand.holds = s.holds !== 0;
   element("watching").hidden = hand.holds;
@@ -253,11 +264,13 @@ function showState(s: State): void {
   device.showState(s.safety, s.trip, s.given);
   view.tool.blocked = s.blocked !== 0;
   hindered.follow(s, tip);
+  const pending = s.pending >= PENDING_S;
+  element("pending").hidden = !pending || !hand.holds;
   showPiece(s);
   splines.step(s.step);
   history.setHead(s.step);
   if (step !== s.step) {
-    if (step !== 0) announce(`Step ${s.step} of ${s.steps}`);
+    if (step !== 0) announce(t("step_of", { step: s.step, steps: s.steps }));
     pictures.goTo((step = s.step));
   }
   if (document.body.dataset.hash !== s.hash) measure.changed();
@@ -265,6 +278,7 @@ function showState(s: State): void {
     hash: s.hash,
     step: String(s.step),
     volume: String(s.volume),
+    pending: pending ? "1" : "0",
   });
 }
 
@@ -291,6 +305,10 @@ element("frame").onclick = () => view.frame();
 element("help").onclick = () => dialog("keys").showModal();
 element("settings").onclick = () => dialog("settings-box").showModal();
 element("work").querySelector("button")!.onclick = () => send(write.CancelWork());
+element("pending").querySelector("button")!.onclick = () => {
+  send(write.Cancel());
+  hand.lift();
+};
 dialog("naming").onclose = () => {
   const name = input("version").value.trim();
   if (dialog("naming").returnValue === "yes" && name) send(write.NameVersion({ name }));
@@ -302,23 +320,23 @@ element("sound").onchange = () => {
 element("rumble").onchange = () => (senses.rumble = input("rumble").checked);
 element("pause").onclick = () => {
   plot.paused = !plot.paused;
-  element("pause").textContent = plot.paused ? "Go on" : "Pause";
+  element("pause").textContent = t(plot.paused ? "resume" : "pause");
 };
 element("csv").onclick = () => save("forces.csv", plot.csv());
-const sayModel = (): void => put("model-says", MODEL_NOTES[select("model").value as Model]);
-element("model").addEventListener("change", sayModel);
-sayModel();
+const showModel = (): void => put("model-says", MODEL_NOTES[select("model").value as Model]);
+element("model").addEventListener("change", showModel);
+showModel();
 canvas.addEventListener("contextmenu", (event) => event.preventDefault());
 canvas.addEventListener("dblclick", (event) => {
   if (!view.hit(event.clientX, event.clientY)) view.frame();
 });
 const keys = new Keys(
-  actions({ send, view, hand, bodies, splines, measure, printing, look }),
+  actions({ send, view, hand, bodies, splines, measure, printing, look, palette }),
   element("bindings"),
   () => document.querySelector("dialog[open]") !== null || document.body.dataset.shown !== "solid",
 );
 element("keys-again").onclick = () => keys.reset();
 dialog("keys").onclose = () => keys.stopWaiting();
-// The browser keeps every measure until it is told not to.
+// The browser keeps all performance measures until they are cleared.
 setInterval(() => performance.clearMeasures(), 60000);
 offerHooks(view, plot, hand, line);

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-// The parts of index.html, by their ids.
+// Access to the elements of index.html by their ids, and functions that write text into them.
 
 export const element = <T extends HTMLElement>(id: string): T => document.getElementById(id) as T;
 export const input = (id: string): HTMLInputElement => element<HTMLInputElement>(id);
 export const select = (id: string): HTMLSelectElement => element<HTMLSelectElement>(id);
 export const dialog = (id: string): HTMLDialogElement => element<HTMLDialogElement>(id);
 
-/** Opens a form; what it comes to is in `returnValue`: "yes", or left off. */
+/** Opens a form. Its `returnValue` is "yes" if the user confirms, and empty if the user cancels. */
 export function ask(id: string): void {
   const box = dialog(id);
   box.returnValue = "";
@@ -16,25 +16,28 @@ export function ask(id: string): void {
 }
 
 /**
- * Says it there. What stands there already is left alone: writing it again would lay out and draw
- * the page again.
+ * Writes a text into an element. An unchanged text is not written again, because writing makes the
+ * browser lay out and draw the page again.
  */
 export function put(id: string, text: string): void {
   const at = element(id);
   if (at.textContent !== text) at.textContent = text;
 }
 
-let saying = 0;
-/** Says it to who listens to the page, once it stays so: of many steps at once only the last. */
+let announcement = 0;
+/** Announces a text to screen readers after 300 ms. A newer text replaces a pending one. */
 export function announce(text: string): void {
-  window.clearTimeout(saying);
-  saying = window.setTimeout(() => put("announced", text), 300);
+  window.clearTimeout(announcement);
+  announcement = window.setTimeout(() => put("announced", text), 300);
 }
 
-const READ_EVERY_MS = 200; // as often as an eye can follow a number
+const READ_EVERY_MS = 200; // 5 Hz, the fastest rate at which an eye can follow a number
 const numbers = new Map<string, string>();
 let timer = 0;
-/** Says a number there that changes all the time, together with others. */
+/**
+ * Shows a number that changes all the time. All such numbers are written together, every
+ * READ_EVERY_MS.
+ */
 export function read(id: string, text: string): void {
   numbers.set(id, text);
   timer ||= window.setTimeout(() => {

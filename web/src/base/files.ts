@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Files that the browser saves.
+// Saves a blob as a file through the browser's download.
 
 export function save(name: string, what: Blob): void {
   const link = document.createElement("a");

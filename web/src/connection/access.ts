@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
-// The key to the studio. The address that it printed has a token, which is exchanged for the key
-// once. The key is kept by this page's origin, port included, for other windows and for reloading;
-// it is of no use once the studio has ended.
+// The key to the studio. The printed address contains a token, which the page exchanges once for
+// the key. The browser keeps the key for this origin, port included, so that other windows and
+// reloads can use it. The key is useless after the studio ends.
+import { t } from "../base/texts";
 const KEPT = "kibori-key";
 
-let given = ""; // where the browser keeps nothing
+let given = ""; // used if the browser has no storage
 let refused = false;
 
-/** The key, as any window of this browser got it last; empty: there is none. */
+/** The newest key that any window of this browser received. Empty if there is none. */
 export function key(): string {
   try {
     return localStorage.getItem(KEPT) ?? given;
@@ -16,11 +17,11 @@ export function key(): string {
   }
 }
 
-/** As fetch, with the key. */
+/** Like fetch, with the key in the Authorization header. */
 export const request = (path: string, how: RequestInit = {}): Promise<Response> =>
   fetch(path, { ...how, headers: { Authorization: `Bearer ${key()}` } });
 
-/** Done when the token of the address, if there is one, was exchanged. */
+/** Resolves when the token of the address, if there is one, has been exchanged. */
 export const entered = enter();
 
 async function enter(): Promise<void> {
@@ -36,14 +37,13 @@ async function enter(): Promise<void> {
   try {
     localStorage.setItem(KEPT, given);
   } catch {
-    // Until this window is reloaded, then.
+    // The key then lasts until this window is reloaded.
   }
 }
 
-/** What to do where the studio does not take the key. */
+/** A message for the user if the studio refuses the key. */
 export function whyRefused(): string {
-  if (refused)
-    return "An address opens the studio once, in one browser: open the newest one in the terminal.";
-  if (key()) return "The studio was started anew: open the address it printed in the terminal.";
-  return "This window does not have the key to the studio: open the address it printed in the terminal.";
+  if (refused) return t("address_used");
+  if (key()) return t("restarted");
+  return t("no_access");
 }

@@ -25,7 +25,7 @@ export type Tool =
   | { shape: "tslot"; radius: number; height: number; neck: number; reach: number; shank: number; length: number };
 
 /** What a tool does (kibori/motion/tool_tick.h). */
-export const MODES = ["cut", "deposit", "touch", "off", "smooth", "rasp", "fill", "inflate", "flatten", "crease", "paint", "grab", "nudge", "twist", "bend", "pinch", "scale", "node", "press", "throw", "turn"] as const;
+export const MODES = ["cut", "deposit", "touch", "off", "smooth", "rasp", "fill", "inflate", "flatten", "crease", "paint", "grab", "nudge", "twist", "bend", "pinch", "scale", "node", "press", "throw", "turn", "trim", "build"] as const;
 export type Mode = (typeof MODES)[number];
 
 /** How motion becomes force (kibori/haptics/force.h). */

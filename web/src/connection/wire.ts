@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Messages as bytes and back: see protocol/messages.json.
+// Encodes and decodes the messages of protocol/messages.json.
 import type { Vec3 } from "../base/vec3";
 import { MODELS, MODES, type Mode, type Model, type Tool } from "./kinds";
 
-/** Of Ticks: tip, force, moment, axis, side. */
+/** Numbers per tick in Ticks: tip, force, moment, axis, side. */
 export const TICK_NUMBERS = 15;
 
 export class Writer {

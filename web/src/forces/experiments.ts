@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Experiments: scenes that run by themselves, and the forces of several runs beside each other.
+// The panel of experiments. An experiment is a scene that runs by itself. The panel compares the
+// forces of several runs.
+import { t } from "../base/texts";
 import uPlot from "uplot";
 import { element } from "../base/dom";
 import { save } from "../base/files";
@@ -28,34 +30,34 @@ interface Summary {
   marks: Mark[];
 }
 interface Run extends Summary {
-  rows: Float32Array; // ROW numbers a tick: time, force, moment
+  rows: Float32Array; // ROW numbers per tick: time, force, moment
   shown: boolean;
 }
 
 const ROW = 7;
 const MAX_RUNS = 12;
-// Okabe and Ito's colours, which people with any kind of colour vision tell apart; dashed the
-// second time round.
+// Okabe and Ito's colours, which people with any kind of colour vision can distinguish. Curves are
+// dashed when the colours repeat.
 const COLOURS = ["#d55e00", "#0072b2", "#009e73", "#cc79a7", "#56b4e9", "#e69f00"];
 const QUANTITIES: Record<
   string,
   { label: string; unit: string; of: (r: Float32Array, i: number, max: number) => number }
 > = {
   force: {
-    label: "Force |F| [N]",
+    label: t("axis_f"),
     unit: "N",
     of: (r, i) => Math.hypot(r[i + 1], r[i + 2], r[i + 3]),
   },
-  fx: { label: "Force Fx [N]", unit: "N", of: (r, i) => r[i + 1] },
-  fy: { label: "Force Fy [N]", unit: "N", of: (r, i) => r[i + 2] },
-  fz: { label: "Force Fz [N]", unit: "N", of: (r, i) => r[i + 3] },
+  fx: { label: t("axis_fx"), unit: "N", of: (r, i) => r[i + 1] },
+  fy: { label: t("axis_fy"), unit: "N", of: (r, i) => r[i + 2] },
+  fz: { label: t("axis_fz"), unit: "N", of: (r, i) => r[i + 3] },
   shape: {
-    label: "Force |F| over its largest [1]",
+    label: t("axis_f_share"),
     unit: "",
     of: (r, i, max) => Math.hypot(r[i + 1], r[i + 2], r[i + 3]) / (max || 1),
   },
   moment: {
-    label: "Moment |M| [N mm]",
+    label: t("axis_m"),
     unit: "N mm",
     of: (r, i) => Math.hypot(r[i + 4], r[i + 5], r[i + 6]),
   },
@@ -90,18 +92,18 @@ export class Experiments {
     this.count();
   }
 
-  /** What can be run: names of the studio's examples. */
+  /** Lists the studio's examples that can be run. */
   offer(examples: { name: string; about: string }[]): void {
     const scene = element<HTMLSelectElement>("scene"),
       before = scene.value;
     scene.replaceChildren(
       ...examples.map((e) => new Option(e.about, e.name)),
-      new Option("a scene of mine (TOML) …", ""),
+      new Option(t("own_scene"), ""),
     );
     if (examples.some((e) => e.name === before)) scene.value = before;
   }
 
-  /** What a run came to. */
+  /** Adds the result of a run. Ignores a run that is already listed. */
   add(json: string, data: Uint8Array): void {
     const summary = JSON.parse(json) as Summary;
     if (this.runs.some((run) => run.run === summary.run)) return;
@@ -115,7 +117,7 @@ export class Experiments {
     for (const id of ["compare", "compare-again"]) {
       element(id).hidden = this.runs.length === 0;
       element(id).textContent =
-        this.runs.length === 1 ? "The run" : `Compare ${this.runs.length} runs`;
+        this.runs.length === 1 ? t("show_run") : t("compare_runs", { n: this.runs.length });
     }
   }
 
@@ -131,12 +133,12 @@ export class Experiments {
         const file = own.files?.[0];
         if (!file) return own.click();
         own.value = "";
-        if (file.size > 500000) return notify(`${file.name} is too large for a scene`);
+        if (file.size > 500000) return notify(t("scene_too_large", { file: file.name }));
         name = file.name.replace(/\.toml$/, "");
         text = await file.text();
       }
     } catch {
-      return notify("The scene did not arrive; is 'kibori studio' still running?");
+      return notify(t("scene_missing"));
     }
     const model = element<HTMLSelectElement>("run-model").value,
       pace = Number(element<HTMLSelectElement>("pace").value);
@@ -155,7 +157,7 @@ export class Experiments {
 
   private draw(): void {
     element("runs").replaceChildren(...this.runs.map((run, i) => this.row(run, i)));
-    element("runs-models").replaceChildren(...this.notes().map((says) => cell(says, "p")));
+    element("runs-models").replaceChildren(...this.notes().map((note) => cell(note, "p")));
     this.drawPlot();
   }
   private row(run: Run, i: number): HTMLElement {
@@ -172,7 +174,7 @@ export class Experiments {
     const line = document.createElement("span");
     line.className = "line";
     line.style.borderTop = `3px ${i < COLOURS.length ? "solid" : "dashed"} ${this.colour(i)}`;
-    label.append(tick, line, run.name + (run.finished ? "" : " (stopped)"));
+    label.append(tick, line, run.finished ? run.name : t("run_stopped", { run: run.name }));
     first.append(label);
     const numbers = [
       run.max_force_N,
@@ -212,7 +214,7 @@ export class Experiments {
         height: 260,
         scales: { x: { time: false }, y: { range: [range.low, range.high] } },
         axes: [
-          { ...axis, label: "Time [s]", size: 32, labelSize: 18, labelGap: 0 },
+          { ...axis, label: t("axis_time"), size: 32, labelSize: 18, labelGap: 0 },
           { ...axis, label: quantity.label, size: 56, labelSize: 18 },
         ],
         hooks: {
@@ -230,7 +232,7 @@ export class Experiments {
           ],
         },
         series: [
-          { label: "Time [s]" },
+          { label: t("axis_time") },
           ...shown.map(({ run, i }) => ({
             label: `${run.name}, ${run.model}`,
             stroke: this.colour(i),
@@ -262,7 +264,7 @@ export class Experiments {
     return new Blob(parts, { type: "text/csv" });
   }
 
-  /** What is shown, as a figure for a page of print. */
+  /** The shown curves as an SVG figure for print. */
   private svg(): string {
     const quantity = this.quantity();
     const curves = this.shown().map(({ run, i }) => ({
@@ -290,11 +292,11 @@ export class Experiments {
     }
     return { x, y };
   }
-  /** A sentence for each model that is shown. */
+  /** One sentence for each force model that is shown. */
   private notes(): string[] {
     const models = new Set(this.shown().map(({ run }) => run.model));
     return Object.entries(MODEL_NOTES)
       .filter(([model]) => models.has(model))
-      .map(([, says]) => says);
+      .map(([, note]) => note);
   }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Forces over time as a figure for a page of print (SVG).
+// Draws forces over time as an SVG figure for print.
 import { robustRange, spikes } from "./robust";
 
 export interface Curve {
@@ -15,13 +15,13 @@ const WIDTH = 720,
   LEFT = 64,
   RIGHT = 16,
   TOP = 22,
-  BELOW = 52; // below: numbers and title of the time
-const LINE = 18; // of the names
-const LETTERS = 104; // of a line of the notes
+  BELOW = 52; // below the plot: numbers and title of the time axis
+const LINE = 18; // height of a line of the legend
+const LETTERS = 104; // letters per line of the notes
 
 const escaped = (text: string): string => text.replace(/[&<>"]/g, (c) => `&#${c.charCodeAt(0)};`);
 
-/** Steps of 1, 2 or 5 times a power of ten. */
+/** Axis ticks in steps of 1, 2 or 5 times a power of ten. */
 function ticks(from: number, to: number): number[] {
   const raw = (to - from) / 6,
     power = 10 ** Math.floor(Math.log10(raw)),
@@ -41,7 +41,10 @@ function lines(text: string): string[] {
   return found;
 }
 
-/** Points of a polyline, as fine as can be seen: of each half unit of width the lowest and the highest. */
+/**
+ * Points of a polyline at the visible resolution: the minimum and maximum of each half unit of
+ * width.
+ */
 function pointsOf(curve: Curve, x: (t: number) => number, y: (v: number) => number): string[] {
   const points: string[] = [];
   let column = -1,
@@ -71,7 +74,10 @@ function pointsOf(curve: Curve, x: (t: number) => number, y: (v: number) => numb
   return points;
 }
 
-/** `label` of the vertical axis with its unit; `notes` are sentences below. */
+/**
+ * Makes the SVG. `label` is the title of the vertical axis with its unit. `notes` are sentences
+ * below the plot.
+ */
 export function figure(curves: Curve[], label: string, notes: string[]): string {
   const notesLines = notes.flatMap(lines);
   const total =
@@ -102,7 +108,7 @@ export function figure(curves: Curve[], label: string, notes: string[]): string 
     `<text x="${(LEFT + WIDTH) / 2}" y="${y(low) + 34}" text-anchor="middle">Time [s]</text><text transform="translate(16 ${(TOP + y(low)) / 2}) rotate(-90)" text-anchor="middle">${escaped(label)}</text>`,
   );
   const unit = /\[(.*)\]/.exec(label)?.[1] ?? "";
-  const told: number[] = []; // where numbers of spikes stand
+  const labelled: number[] = []; // positions of the numbers at spikes
   curves.forEach((curve, place) => {
     const points = pointsOf(curve, x, y);
     const look = `fill="none" stroke="${curve.colour}" stroke-width="1.5"${curve.dashed ? ' stroke-dasharray="6 4"' : ""}`;
@@ -114,8 +120,8 @@ export function figure(curves: Curve[], label: string, notes: string[]): string 
       out.push(
         `<path class="spike" d="M${px.toFixed(1)} ${tip}l4 ${base - tip}h-8z" fill="${curve.colour}"><title>${size}</title></path>`,
       );
-      if (spike.value < 0 || told.some((other) => Math.abs(other - px) < 56)) continue;
-      told.push(px);
+      if (spike.value < 0 || labelled.some((other) => Math.abs(other - px) < 56)) continue;
+      labelled.push(px);
       out.push(
         `<text x="${(px > WIDTH - 70 ? px - 6 : px + 6).toFixed(1)}" y="${TOP - 6}" font-size="10"${px > WIDTH - 70 ? ' text-anchor="end"' : ""}>${size}</text>`,
       );

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The force over time, every servo tick of it, and as CSV. The scale is that of most ticks: spikes
-// are cut off and marked.
+// Plots every servo tick's force over time and exports it as CSV. The scale fits most ticks. Spikes
+// beyond it are cut off and marked.
+import { t } from "../base/texts";
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
 import { robustRange, spikes, type Range } from "./robust";
@@ -8,7 +9,7 @@ import { TICK_NUMBERS } from "../connection/wire";
 
 const rounded = new Intl.NumberFormat(undefined, { maximumSignificantDigits: 3 });
 
-/** A curve whose spikes leave the range of a scale. */
+/** A curve whose spikes leave the range of its scale. */
 interface Clipped {
   x: ArrayLike<number>;
   y: ArrayLike<number | null | undefined>;
@@ -18,12 +19,13 @@ interface Clipped {
 }
 
 /**
- * Marks them where the plot ends, with their sizes where there is room. The sizes of all of them.
+ * Marks spikes at the edge of the plot and writes their sizes where there is room. Returns the
+ * sizes of all of them, largest first.
  */
 export function markSpikes(plot: uPlot, curves: Clipped[]): string[] {
   const { ctx, bbox } = plot,
     pixel = uPlot.pxRatio,
-    told: [number, number][] = [];
+    labelled: [number, number][] = [];
   const marks = curves.flatMap((curve) => {
     const width = (plot.scales.x.max ?? 0) - (plot.scales.x.min ?? 0);
     return spikes(curve.x, curve.y, curve.range, (8 * pixel * width) / bbox.width).map((spike) => ({
@@ -51,8 +53,8 @@ export function markSpikes(plot: uPlot, curves: Clipped[]): string[] {
       wide = ctx.measureText(words).width;
     const from =
       at + 6 * pixel + wide > bbox.left + bbox.width ? at - 6 * pixel - wide : at + 6 * pixel;
-    if (told.some(([a, b]) => from < b + 6 * pixel && from + wide > a - 6 * pixel)) continue;
-    told.push([from, from + wide]);
+    if (labelled.some(([a, b]) => from < b + 6 * pixel && from + wide > a - 6 * pixel)) continue;
+    labelled.push([from, from + wide]);
     ctx.fillText(words, from, edge + (top ? 9 : -2) * pixel);
   }
   ctx.restore();
@@ -60,20 +62,20 @@ export function markSpikes(plot: uPlot, curves: Clipped[]): string[] {
 }
 
 /** Whether any tick has a force or a moment. */
-const felt = (rows: Float32Array): boolean =>
+const hasForce = (rows: Float32Array): boolean =>
   rows.some((number, i) => {
     const at = i % TICK_NUMBERS;
     return at >= 3 && at < 9 && number !== 0;
   });
 
 const SHOWN_S = 5;
-const KEPT = 600000; // ten minutes
+const KEPT = 600000; // ticks; ten minutes at 1 kHz
 
-// Okabe and Ito's colours, which people with any kind of colour vision tell apart.
+// Okabe and Ito's colours, which people with any kind of colour vision can distinguish.
 const SERIES = [
   {
-    label: "|F|: size of the force, N",
-    about: "How large the force on the hand is, in newtons: an apple weighs about one",
+    label: t("plot_f"),
+    about: t("plot_f_about"),
     stroke: "#d55e00",
     show: true,
     scale: "y",
@@ -81,7 +83,7 @@ const SERIES = [
   },
   {
     label: "Fx, N",
-    about: "The force's part along x, to the right in the view from the front, in newtons",
+    about: t("plot_fx_about"),
     stroke: "#0072b2",
     show: false,
     scale: "y",
@@ -89,7 +91,7 @@ const SERIES = [
   },
   {
     label: "Fy, N",
-    about: "The force's part along y, away from you in the view from the front, in newtons",
+    about: t("plot_fy_about"),
     stroke: "#009e73",
     show: false,
     scale: "y",
@@ -97,15 +99,15 @@ const SERIES = [
   },
   {
     label: "Fz, N",
-    about: "The force's part along z, upwards, in newtons",
+    about: t("plot_fz_about"),
     stroke: "#cc79a7",
     show: false,
     scale: "y",
     unit: "N",
   },
   {
-    label: "|M|: size of the moment, N mm",
-    about: "How strongly the force wants to turn the tool about its tip, in newton millimetres",
+    label: t("plot_m"),
+    about: t("plot_m_about"),
     stroke: "#56b4e9",
     show: true,
     scale: "m",
@@ -114,7 +116,7 @@ const SERIES = [
   },
 ];
 
-/** A scale that fits the series on it that are shown. */
+/** A scale that fits the visible series that use it. */
 const scaled = (scale: string, min: number) => ({
   range: (plot: uPlot): [number, number] => {
     const { low, high } = robustRange(
@@ -139,11 +141,11 @@ function axes(): uPlot.Axis[] {
     labelFont: "12px system-ui, sans-serif",
   };
   return [
-    { ...axis, label: "Time [s]", size: 28, labelSize: 16, labelGap: 0 },
-    { ...axis, label: "Force [N]", size: 42, labelSize: 16 },
+    { ...axis, label: t("axis_time"), size: 28, labelSize: 16, labelGap: 0 },
+    { ...axis, label: t("axis_force"), size: 42, labelSize: 16 },
     {
       ...axis,
-      label: "Moment [N mm]",
+      label: t("axis_moment"),
       side: 1,
       scale: "m",
       size: 42,
@@ -153,11 +155,11 @@ function axes(): uPlot.Axis[] {
   ];
 }
 
-/** The names of the series are buttons for keys, too. */
+/** Makes the names of the series buttons, so that the keyboard reaches them. */
 function namesAsButtons(into: HTMLElement): void {
   const names = [...into.querySelectorAll<HTMLElement>(".u-legend .u-series > *")];
   for (const [i, name] of names.entries()) {
-    name.title = i > 0 ? `${SERIES[i - 1].about}; click to show or hide` : "";
+    name.title = i > 0 ? t("plot_toggle", { about: SERIES[i - 1].about }) : "";
     name.tabIndex = 0;
     name.setAttribute("role", "button");
     name.setAttribute("aria-pressed", String(!name.parentElement!.classList.contains("u-off")));
@@ -176,16 +178,16 @@ function namesAsButtons(into: HTMLElement): void {
 
 export class ForcePlot {
   paused = false;
-  /** Nothing is drawn. */
+  /** Stops all drawing. For measurements. */
   still = false;
-  /** Rows of tip, force, moment, axis, as the studio sends them. */
+  /** Rows of tip, force, moment, axis and side, as the studio sends them. */
   private rows: Float32Array[] = [];
   private starts: number[] = [];
   private count = 0;
   private plot: uPlot;
   private picture: HTMLElement;
   private due = false;
-  private flat = false; // as it is drawn
+  private flat = false; // whether the drawn curve is flat
 
   constructor(
     private into: HTMLElement,
@@ -202,7 +204,7 @@ export class ForcePlot {
         },
         axes: axes(),
         series: [
-          { label: "Time [s]" },
+          { label: t("axis_time") },
           ...SERIES.map(({ label, stroke, show, scale, dash }) => ({
             label,
             stroke,
@@ -224,7 +226,7 @@ export class ForcePlot {
     namesAsButtons(into);
   }
 
-  /** Marks spikes, and tells them to who can't see them. */
+  /** Marks the spikes and lists them in the label for screen readers. */
   private mark(plot: uPlot): void {
     const shown = SERIES.map((one, i) => ({ ...one, at: i + 1 })).filter(
       ({ at }) => plot.series[at].show,
@@ -244,7 +246,9 @@ export class ForcePlot {
     );
     this.picture.setAttribute(
       "aria-label",
-      `Force and moment over the last seconds${beyond.length > 0 ? `; beyond the scale: ${beyond.slice(0, 5).join(", ")}` : ""}`,
+      beyond.length > 0
+        ? t("plot_label_spikes", { spikes: beyond.slice(0, 5).join(", ") })
+        : t("plot_label"),
     );
   }
 
@@ -257,9 +261,9 @@ export class ForcePlot {
       this.count -= this.rows.shift()!.length / TICK_NUMBERS;
     }
     if (this.paused || this.still || this.due) return;
-    // A flat line that moves on shows nothing new: to draw it would only empty a battery.
+    // Scrolling a flat line shows nothing new, so drawing it would only drain a battery.
     const wide = this.into.clientWidth || this.plot.width;
-    if (this.flat && this.plot.width === wide && !felt(rows)) return;
+    if (this.flat && this.plot.width === wide && !hasForce(rows)) return;
     this.due = true;
     setTimeout(() => {
       this.due = false;
@@ -284,7 +288,7 @@ export class ForcePlot {
     }
     if (this.into.clientWidth > 0 && this.plot.width !== this.into.clientWidth)
       this.plot.setSize({ width: this.into.clientWidth, height: 190 });
-    this.flat = !this.rows.slice(from).some(felt);
+    this.flat = !this.rows.slice(from).some(hasForce);
     this.plot.setData(columns as uPlot.AlignedData);
   }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Scales of force plots that a few spikes do not flatten, and the spikes that such a scale leaves
-// out.
+// Computes scales for force plots that a few spikes do not flatten. Lists the spikes outside such a
+// scale.
 
 export interface Range {
   low: number;
@@ -11,11 +11,11 @@ export interface Spike {
   value: number;
 }
 
-const SHARE = 0.99; // of the ticks with any force: they fit in
-const ROOM = 1.15; // above them
-const WORTH = 1.5; // a largest value that is no higher above the scale than so is shown whole
+const SHARE = 0.99; // this share of the ticks with a force fits below the scale's end
+const ROOM = 1.15; // margin factor above that share
+const WORTH = 1.5; // a maximum up to this factor above the scale is shown whole
 
-/** How far a scale goes that shows these sizes, none of them below 0. */
+/** The end of a scale for these sizes. All sizes are at least 0. */
 function reach(sizes: number[]): number {
   if (sizes.length === 0) return 0;
   const sorted = Float64Array.from(sizes).sort(),
@@ -25,8 +25,7 @@ function reach(sizes: number[]): number {
 }
 
 /**
- * What the series need together: from 0, and to `min` at least; to 1 where there is nothing to
- * show.
+ * The common range of several series. It contains 0 and `min`. It ends at 1 if all values are 0.
  */
 export function robustRange(series: ArrayLike<number | null | undefined>[], min: number): Range {
   const above: number[] = [],
@@ -40,7 +39,7 @@ export function robustRange(series: ArrayLike<number | null | undefined>[], min:
   return { low: -reach(below), high: Math.max(min, reach(above)) || (below.length > 0 ? 0 : 1) };
 }
 
-/** What leaves the range: of values less than `apart` from each other the outermost. */
+/** Finds values outside the range. Of neighbours closer than `apart` it keeps the largest. */
 export function spikes(
   x: ArrayLike<number>,
   y: ArrayLike<number | null | undefined>,

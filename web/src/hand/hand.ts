@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: MIT
-// The hand: which tool, and where mouse, pen or finger want it.
+// The hand. It chooses the tool and turns mouse, pen and touch events into aims and strokes.
+import { t } from "../base/texts";
 import * as THREE from "three";
-import { BRUSHES, brushButtons, fillPalette } from "../tools/brushes";
+import { BRUSHES, brushButtons, fillPalette, inverseOf } from "../tools/brushes";
 import { element, input, put, select } from "../base/dom";
 import type { Mode, Model, Tool } from "../connection/kinds";
 import { write } from "../connection/messages";
 import { newEvents, turnTowards } from "./pointer_path";
 import { SecondHand } from "./second_hand";
 import { Stamp } from "../tools/stamp";
+import { controlsOf, ToolMemory, type Values } from "../tools/tool_memory";
+import { AtCursor } from "./at_cursor";
 import { StrokeGuide } from "./stroke_guide";
 import {
   TOOLS,
@@ -15,6 +18,7 @@ import {
   heightOf,
   shortened,
   sizeOf,
+  shapeOf,
   toolButtons,
   type HeldTool,
   type Shape,
@@ -26,75 +30,100 @@ import type { Vec3 } from "../base/vec3";
 const chosen = (name: string): string =>
   (document.querySelector(`input[name=${name}]:checked`) as HTMLInputElement).value;
 
-/** So far above the wood the tool hovers [mm]. */
+/** Height of the hovering tool above the wood [mm]. */
 const HOVER = 2;
-/** A path that leaves the wood goes on along the plane it left, so many radii of the tool. */
+/** A path that leaves the wood continues along the last plane for this distance [tool radii]. */
 const BEYOND = 3;
 
 /**
- * So long after a press the mallet strikes, where every press is a blow [ms]: the tool has come in
- * by then.
+ * Delay from a press to the mallet's blow, if every press is a blow [ms]. The tool reaches the wood
+ * in this time.
  */
 const BLOW_AFTER_MS = 120;
 
-/** So long are letters that are pressed in [mm]. */
+/** Length of pressed letters [mm]. */
 const STAMP_LENGTH = 12;
-/** With Shift a brush smooths that is so many times as wide as the tool. */
+/** With Shift, the smoothing brush is this factor wider than the tool. */
 const SHIFT_WIDTH = 1.5;
-/** What is twisted turns by so much where the pointer goes to the right [rad]: half a turn in 300. */
+/**
+ * Rotation of a twisted part per pixel of pointer motion to the right [rad]: half a turn in 300.
+ */
 const TURN_PER_PIXEL = 0.01;
 
-/** From what depth counts. */
+/** The reference from which depth is measured. */
 type DepthFrom = "began" | "now" | "held" | "set";
+/** The numbers that the pointer or keys can change. */
+export type Amount = "size" | "depth" | "brush-strength" | "strength";
+/** How the names of brushes begin in the memory of tools. */
+const BRUSH = "brush:";
+
+/** The name of a tool or brush of the memory of tools. Null: there is none. */
+export function itemName(item: string): string | null {
+  const shape = shapeOf(item);
+  if (shape) return TOOLS[shape].name;
+  return item.startsWith(BRUSH) ? (BRUSHES[item.slice(BRUSH.length) as Mode]?.name ?? null) : null;
+}
 
 export class Hand {
   axis = new THREE.Vector3(0, 0, 1);
-  /** Whether it has pointed anywhere since the document was opened. */
+  /** Whether the pointer has aimed since the document was opened. */
   there = false;
   /**
-   * Whether a force device holds the tool; then the pointer only looks, and brings it to a place.
+   * Whether a force device holds the tool. The pointer then only looks around and moves the tool to
+   * a position.
    */
   device = false;
-  /** Whether the document is only looked at. */
+  /** Whether the document is open read-only. */
   readOnly = false;
   private stroke: {
     pointer: number;
     type: string;
     x: number;
     y: number;
-    /** Where the path is, and where it last met the wood. */
+    /** The path's current position, and its last position on the wood. */
     last: Hit;
     wood: Hit;
-    /** Depth counts from this plane, and the path lies in it; null: in the wood. */
+    /**
+     * Depth is measured from this plane, and the path lies in it. Null: the path follows the wood.
+     */
     plane: Hit | null;
     mode: Mode;
-    /** Where a brush that drags or turns took hold: in the window, and the tool's own turn. */
+    /** Whether a key inverts the brush by a negative strength. */
+    negative: boolean;
+    /** Where a brush that drags or turns began: the pointer's x and the tool's rotation. */
     from: { x: number; turn: number };
-    /** The time of the newest event that was used [ms]. */
+    /** Time of the newest event that was used [ms]. */
     time: number;
   } | null = null;
-  /** The plane that is set for depth to count from. */
+  /** The plane that the user has set for depth. */
   private plane: Hit | null = null;
-  /** The wood under the pointer, as it was last seen. */
+  /** The wood under the pointer when it last hovered. */
   private over: Hit | null = null;
-  /** The key that lets a stroke begin anywhere is down. */
+  /** Whether the key that lets a stroke begin anywhere is down. */
   private anywhere = false;
-  /** Another finger, or the pointer beside a device. */
+  /** The second hand: another finger, or the pointer in addition to a force device. */
   readonly second: SecondHand;
-  /** What keeps strokes to a way. */
+  /** The guide that constrains strokes. */
   private guide: StrokeGuide;
   readonly stamp: Stamp;
-  private sliding: { id: "size" | "depth"; x: number; from: number } | null = null;
+  private sliding: { id: Amount; x: number; from: number } | null = null;
+  /** The brush in the hand. Null: a tool. */
+  private heldBrush: Mode | null = null;
+  private memory = new ToolMemory();
+  /** How far each shape is turned in this document [degrees]. */
+  private turns = new Map<Shape, string>();
+  private atCursor = new AtCursor();
+  private keysDown = { shift: false, inverts: false };
   private at = { x: 0, y: 0 };
   private shown: HeldTool | null = null;
-  private handing = false; // the view is told of a pointer that was the hand's
+  private handing = false; // while the hand passes its pointer on to the view
   private aimed: Vec3 = [0, 0, 0];
 
   constructor(
     private canvas: HTMLCanvasElement,
     private view: View,
     private send: (message: Uint8Array) => void,
-    /** Whether a press there took another body up. */
+    /** Tries to make the body there the active one. Returns whether it did. */
     private takesUp: (x: number, y: number) => boolean,
   ) {
     element("shapes").insertAdjacentHTML("beforeend", toolButtons());
@@ -120,19 +149,40 @@ export class Hand {
       if (color) input("color").value = color;
       this.chooseBrush();
     });
+    // Kept first, so that what follows can recall the numbers.
+    for (const id of new Set([...controlsOf(false), ...controlsOf(true)]))
+      input(id).addEventListener("input", () => this.remember());
     for (const id of ["brush-strength", "keep", "color", "wall"])
       input(id).addEventListener("input", () => this.chooseBrush());
-    select("falloff").addEventListener("change", () => this.chooseBrush());
+    select("falloff").addEventListener("change", () => {
+      this.remember();
+      this.chooseBrush();
+    });
     for (const id of ["size", "depth", "form"])
       input(id).addEventListener("input", () => this.chooseTool());
-    input("turn-by").addEventListener("input", () => this.chooseTurn());
+    input("turn-by").addEventListener("input", () => {
+      this.turns.set(this.shape, input("turn-by").value);
+      this.chooseTurn();
+    });
+    element("turn-reset").onclick = () => this.turnTo("0");
     for (const id of ["strength", "stiffness", "powered"])
       input(id).addEventListener("input", () => this.chooseHand());
     select("depth-from").addEventListener("change", () => this.chooseDepthFrom());
     element("set-plane").onclick = () => this.setPlane();
     element("strike").onclick = () => this.strike();
-    for (const id of ["modes", "brushes"])
-      element(id).addEventListener("change", () => this.chooseWork());
+    element("modes").addEventListener("change", () => this.chooseWork());
+    element("brushes").addEventListener("change", (event) =>
+      this.holdBrush((event.target as HTMLInputElement).value as Mode),
+    );
+    // A click on the lit brush lays it down. A click on a tool or on work takes the tool.
+    for (const id of ["brushes", "shapes", "modes"])
+      element(id).addEventListener("click", (event) => {
+        if (!(event.target instanceof HTMLInputElement)) return;
+        const { value } = event.target;
+        if (id === "shapes" && this.heldBrush) this.take(value as Shape);
+        if (id === "modes" || value === this.heldBrush) this.holdBrush(null);
+      });
+    select("second-mode").addEventListener("change", () => this.showControls());
     for (const id of ["symmetry", "fold", "fold-axis"])
       element(id).addEventListener("change", () => this.chooseSymmetry());
     select("material").onchange = () =>
@@ -146,8 +196,8 @@ export class Hand {
     const { canvas } = this;
     canvas.addEventListener("pointerdown", (event) => this.down(event), { capture: true });
     canvas.addEventListener("pointermove", (event) => this.move(event));
-    // Where the browser tells of the pointer before the next frame, the tool need not wait for
-    // that.
+    // Some browsers report the pointer before the next frame. The tool then does not wait for the
+    // frame.
     canvas.addEventListener(
       "pointerrawupdate",
       (event) =>
@@ -174,10 +224,16 @@ export class Hand {
       window.addEventListener(kind, (event) => {
         if (event.key.toLowerCase() === "b" && !event.ctrlKey && !event.metaKey)
           this.anywhere = down;
+        this.keysDown = { shift: event.shiftKey, inverts: event.ctrlKey || event.altKey };
+        if (["Control", "Alt", "Shift"].includes(event.key)) this.showRing();
       });
+    window.addEventListener("blur", () => {
+      this.keysDown = { shift: false, inverts: false };
+      this.showRing();
+    });
   }
 
-  /** Another document: nothing is under way. */
+  /** Starts with another document. No stroke is in progress. */
   begin(): void {
     if (this.stroke || this.second.working) this.view.solid.endStroke();
     this.second.begin();
@@ -187,13 +243,16 @@ export class Hand {
     this.view.marks.showPlane(null);
     this.view.cameras.controls.enabled = true;
     this.stamp.begin();
+    this.turns.clear();
+    input("turn-by").value = "0";
     this.chooseShape();
+    if (!this.readOnly) this.chooseTurn();
     this.guide.begin();
     if (this.readOnly) this.view.marks.showSymmetry(0, 1, 2);
     else this.showSymmetry();
   }
 
-  /** All that is chosen, to the studio. */
+  /** Sends all choices to the studio. */
   chooseAll(): void {
     if (this.readOnly) return;
     this.stamp.begin();
@@ -210,41 +269,38 @@ export class Hand {
   get working(): boolean {
     return this.stroke !== null || this.second.working;
   }
-  /** Whether the tool, whose tip is there, is to cut and far from where it is wanted. */
+  /** Whether a cutting tool is far from its target. `tip` is the tool's tip [mm]. */
   heldBack(tip: Vec3): boolean {
     return (
       this.stroke?.mode === "cut" &&
       Math.hypot(...tip.map((x, i) => x - this.aimed[i])) > this.depth() / 2 + this.guide.slack
     );
   }
-  /** What to do where wood holds the tool back. */
+  /** What the user can do if the wood holds the tool back. */
   get help(): string {
     const strength = Number(input("strength").value).toFixed(0),
       name = TOOLS[this.shape].name.toLowerCase();
-    const more = this.powered
-      ? "Raise Strength, or take a smaller tool."
-      : "Strike it with the mallet (Space), move it sideways, raise Strength, or take a smaller tool or one with a motor.";
-    return `The wood holds the ${name} back: the hand pushes with all its ${strength} N. ${more}`;
+    return t(this.powered ? "held_back_powered" : "held_back", { tool: name, strength });
   }
-  /** Whether a motor turns the tool, or a press drives it. */
+  /** Whether a motor turns the tool or a press drives it. */
   private get powered(): boolean {
     const { powered, pressed } = TOOLS[this.shape];
     return pressed || (powered && input("powered").checked);
   }
 
-  /** A blow of the mallet. */
+  /** Strikes the tool with the mallet. */
   strike(): void {
     if ((this.stroke?.mode === "cut" || this.device) && !this.powered) this.send(write.Strike());
   }
 
-  /** Depth counts from the plane of the wood under the pointer, from now on. */
+  /** Measures depth from the plane of the wood under the pointer. */
   setPlane(): void {
     if (this.readOnly || !this.over) return;
     this.plane = { point: this.over.point.clone(), normal: this.over.normal.clone() };
     select("depth-from").value = "set";
     this.chooseDepthFrom();
   }
-  /** Strokes go in circles about the wood under the pointer. */
+  /** Guides strokes in circles about the point of the wood under the pointer. */
   setCentre(): void {
     if (!this.readOnly && this.over) this.guide.setCentre(this.over);
   }
@@ -253,6 +309,7 @@ export class Hand {
     this.view.marks.showPlane(set ? this.plane : null);
     if (!this.readOnly && this.brush) this.chooseBrush();
     element("plane-help").hidden = !set || this.plane !== null;
+    this.showControls();
   }
   private get depthFrom(): DepthFrom {
     return select("depth-from").value as DepthFrom;
@@ -268,45 +325,69 @@ export class Hand {
   }
   private holding = false;
 
-  /** The tool that is held in some page. */
+  /** Shows the tool that another page holds. */
   show(tool: Tool | null): void {
     this.shown = held(tool);
     this.draw();
   }
-  /** The triangles of the stamp that is held in some page. */
+  /** Shows the triangles of the stamp that some page holds. */
   showStamp(vertices: Uint8Array, triangles: Uint8Array): void {
     this.stamp.showShape(vertices, triangles);
     this.view.tool.set(null);
     this.draw();
   }
 
-  nudge(id: "size" | "depth", factor: number): void {
+  nudge(id: Amount, factor: number): void {
     if (this.readOnly) return;
-    // At least by what the slider goes at once.
+    // Change by at least one step of the slider.
     const now = Number(input(id).value),
       step = Number(input(id).step);
-    input(id).value = String(
+    this.setAmount(
+      id,
       factor > 1 ? Math.max(now * factor, now + step) : Math.min(now * factor, now - step),
     );
-    this.chooseTool();
+  }
+  /** The strength of what is held: of the brush, or of the hand. */
+  get strength(): Amount {
+    return this.heldBrush ? "brush-strength" : "strength";
+  }
+  /** Sets a number and shows it at the pointer. */
+  private setAmount(id: Amount, value: number): void {
+    input(id).value = String(value);
+    this.remember();
+    if (id === "strength") this.chooseHand();
+    else if (id === "brush-strength") this.chooseBrush();
+    else this.chooseTool();
+    const text = element(`${id}-out`).textContent ?? "";
+    this.atCursor.show(
+      id === "size"
+        ? t("size_now", { size: text })
+        : id === "depth"
+          ? t("depth_now", { depth: text })
+          : t("brush_now", { strength: text }),
+      this.at,
+    );
+    this.showRing();
   }
 
-  /** A little further about its axis. */
+  /** Turns the tool by 15 degrees about its axis. */
   turn(): void {
     if (this.readOnly || !TOOLS[this.shape].turns) return;
-    input("turn-by").value = String((Number(input("turn-by").value) + 15) % 180);
+    this.turnTo(String((Number(input("turn-by").value) + 15) % 180));
+  }
+  private turnTo(degrees: string): void {
+    input("turn-by").value = degrees;
+    this.turns.set(this.shape, degrees);
     this.chooseTurn();
+    this.atCursor.show(t("turned_now", { turn: degrees }), this.at);
   }
 
-  /**
-   * From now on, the pointer's way to the right is the tool's size, or its depth; until it is
-   * pressed.
-   */
-  startSliding(id: "size" | "depth"): void {
+  /** Starts changing a number by pointer motion to the right. A press ends it. */
+  startSliding(id: Amount): void {
     if (!this.readOnly) this.sliding = { id, x: this.at.x, from: Number(input(id).value) };
   }
 
-  /** The plane through the left and right halves, or none. */
+  /** Toggles the symmetry plane between the left and right halves. */
   toggleSymmetry(): void {
     if (this.readOnly || this.shape === "mesh") return;
     const boxes = [...element("symmetry").querySelectorAll("input")];
@@ -315,29 +396,78 @@ export class Hand {
     this.chooseSymmetry();
   }
 
-  /** Picks up a brush; the one that is held is laid down, and the tool carves again. */
+  /** Picks up a brush. If it is already held, the tool carves again. */
   pick(mode: Mode): void {
+    if (!this.readOnly && !this.stroke) this.holdBrush(this.heldBrush === mode ? null : mode);
+  }
+  /** Takes a tool. */
+  take(shape: Shape): void {
     if (this.readOnly || this.stroke) return;
-    const wanted = this.mode === mode ? "cut" : mode;
-    (document.querySelector(`input[name=mode][value=${wanted}]`) as HTMLInputElement).checked =
+    (document.querySelector(`input[name=shape][value=${shape}]`) as HTMLInputElement).checked =
       true;
+    this.heldBrush = null;
+    this.chooseShape();
     this.chooseWork();
+  }
+  /** Takes a brush. Null: lays it down, and the tool works again. */
+  private holdBrush(mode: Mode | null): void {
+    if (mode === this.heldBrush || this.stroke) return;
+    this.heldBrush = mode;
+    this.chooseWork();
+  }
+
+  /** The name of the held tool or brush in the memory of tools. */
+  get item(): string {
+    return this.heldBrush ? BRUSH + this.heldBrush : this.shape;
+  }
+  /** The numbers of the held tool or brush. */
+  get values(): Values {
+    const values = this.memory.current(this.heldBrush !== null);
+    if (!this.heldBrush && !TOOLS[this.shape].form) delete values.form;
+    return values;
+  }
+  /** Takes a tool or brush with these numbers. */
+  use(item: string, values: Values): void {
+    this.memory.replace(item, values);
+    const brush = item.startsWith(BRUSH);
+    if (this.readOnly || this.stroke) return;
+    if (!brush) return this.take(item as Shape);
+    this.heldBrush = item.slice(BRUSH.length) as Mode;
+    this.chooseWork();
+  }
+  private remember(): void {
+    this.memory.remember(this.item, this.heldBrush !== null);
+  }
+  /** Sets the controls to the numbers that the held tool or brush had last. */
+  private recall(): void {
+    const { form } = TOOLS[this.shape],
+      brush = this.heldBrush && BRUSHES[this.heldBrush];
+    this.memory.recall(
+      this.item,
+      this.heldBrush !== null,
+      brush
+        ? { "brush-strength": String(100 * brush.strength) }
+        : form
+          ? { form: String(form.value) }
+          : {},
+    );
   }
 
   lift(): void {
     if (!this.stroke) return;
-    const { last, mode } = this.stroke;
+    const { last, mode, negative } = this.stroke;
     this.stroke = null;
     this.guide.lift();
-    if (!this.second.goesOn()) {
+    if (!this.second.isActive()) {
       this.view.cameras.controls.enabled = true;
       this.view.solid.endStroke();
     }
     this.view.showWheel(this.mode === "turn", false);
     this.send(write.Lift());
-    if (BRUSHES[mode]?.goes === "turns") this.chooseTurn();
-    if (mode !== this.mode) this.chooseWork();
+    if (BRUSHES[mode]?.follows === "turns") this.chooseTurn();
+    if (mode !== this.mode || negative) this.chooseWork(false);
     this.aim(last, -HOVER, performance.now());
+    this.showRing();
   }
 
   private radius(): number {
@@ -347,9 +477,9 @@ export class Hand {
     return chosen("shape") as Shape;
   }
   private get mode(): Mode {
-    return chosen("mode") as Mode;
+    return this.heldBrush ?? (chosen("mode") as Mode);
   }
-  /** What the brush does that is held; undefined: a tool is. */
+  /** The current brush. Undefined if a tool is held. */
   private get brush(): (typeof BRUSHES)[Mode] {
     return BRUSHES[this.stroke?.mode ?? this.mode];
   }
@@ -360,14 +490,9 @@ export class Hand {
     return !this.device && (this.stroke?.mode ?? this.mode) === "deposit";
   }
 
-  /** Another shape, with the number it had when it was last held. */
+  /** Changes to another shape. Restores the number that this shape had last. */
   private chooseShape(): void {
-    const { form, turns, powered, pressed } = TOOLS[this.shape];
-    element("forms").hidden = !form;
-    element("stamp").hidden = this.shape !== "mesh";
-    element("motor").hidden = !powered || pressed === true;
-    element("mallet").hidden = powered;
-    element("turns").hidden = !turns;
+    const { form } = TOOLS[this.shape];
     if (form) {
       const slider = input("form");
       put("form-name", form.name);
@@ -375,8 +500,47 @@ export class Hand {
       slider.max = String(form.max);
       slider.value = String(form.value);
     }
+    this.recall();
+    this.showControls();
+    const turn = this.turns.get(this.shape) ?? "0";
+    if (input("turn-by").value !== turn) {
+      input("turn-by").value = turn;
+      if (!this.readOnly) this.chooseTurn();
+    }
     this.chooseTool();
     if (!this.readOnly) this.chooseHand();
+  }
+  /** Shows the controls that the held tool or brush uses. */
+  private showControls(): void {
+    const { form, turns, powered, pressed } = TOOLS[this.shape],
+      { heldBrush, mode } = this,
+      brush = heldBrush !== null;
+    const shown: Record<string, boolean> = {
+      depths: !brush,
+      strengths: !brush,
+      brush,
+      keeps: BRUSHES[mode]?.keeps === true,
+      colours: mode === "paint",
+      forms: !brush && form !== undefined,
+      stamp: !brush && this.shape === "mesh",
+      motor: !brush && powered && !pressed,
+      mallet: !brush && !powered,
+      turns: !brush && turns === true,
+      "turn-reset": !brush && turns === true && input("turn-by").value !== "0",
+      walls: mode === "turn",
+      points: !brush,
+      materials: mode === "deposit" || select("second-mode").value === "deposit",
+      "depth-below": !brush || mode === "flatten",
+      "set-plane": (!brush || mode === "flatten") && this.depthFrom === "set",
+    };
+    for (const [id, visible] of Object.entries(shown)) element(id).hidden = !visible;
+    document.body.classList.toggle("brushing", brush);
+    for (const label of element("choices").querySelectorAll("label")) {
+      const button = label.querySelector("input")!,
+        { name, value } = button;
+      if (name === "brush") button.checked = value === heldBrush;
+      label.classList.toggle("lit", value === (name === "brush" || brush ? heldBrush : this.shape));
+    }
   }
   private chooseTool(): void {
     const tool = this.own(),
@@ -390,9 +554,9 @@ export class Hand {
           : "";
     put("size-out", `${this.radius().toFixed(1)} mm${means}`);
     put("depth-out", `${this.depth().toFixed(1)} mm`);
-    // A corner is no wider than the tool.
-    const said = tool.shape === "bull" ? tool.corner : (form?.value ?? 0);
-    if (form) put("form-out", `${said.toFixed(form.unit === "mm" ? 1 : 0)} ${form.unit}`);
+    // The corner radius cannot exceed the tool's radius.
+    const value = tool.shape === "bull" ? tool.corner : (form?.value ?? 0);
+    if (form) put("form-out", `${value.toFixed(form.unit === "mm" ? 1 : 0)} ${form.unit}`);
     this.draw();
     if (this.readOnly) return;
     this.second.deepen();
@@ -403,7 +567,8 @@ export class Hand {
       tool.shape === "mesh" ? this.stamp.every : null,
     );
     if (tool.shape === "mesh") {
-      // As high and as wide as a ball would be; long enough to go in, or to stand as high as added.
+      // The stamp is as high and as wide as a ball would be. It is long enough to sink in, or to
+      // rise as high as the added material.
       const depth = this.depth(),
         radius = this.radius();
       this.stamp.choose({
@@ -417,7 +582,7 @@ export class Hand {
     }
     if (this.brush && !this.stroke) this.chooseBrush();
   }
-  /** The tool that is chosen, whatever it does. */
+  /** The chosen tool, regardless of the mode. */
   private bare(): HeldTool {
     const { form, make } = TOOLS[this.shape];
     if (form) form.value = Number(input("form").value);
@@ -427,24 +592,25 @@ export class Hand {
     const tool = this.bare();
     return this.adds ? shortened(tool, this.depth() + Math.max(this.depth(), this.radius())) : tool;
   }
-  /** The tool that is held: here, as it is chosen; elsewhere, as the studio says. */
+  /** Draws the tool: the chosen one if this page holds it, else the one that the studio reports. */
   private draw(): void {
-    const own = this.brush ? null : this.own(); // a brush is a ring on the wood
+    const own = this.brush ? null : this.own(); // a brush is shown as a ring on the wood
     this.view.tool.set(this.holds && !this.readOnly ? own : this.shown);
   }
   private chooseTurn(): void {
     const degrees = Number(input("turn-by").value);
     put("turn-out", `${degrees.toFixed(0)}°`);
+    this.showControls();
     this.send(write.ChooseTurn({ turn: (degrees * Math.PI) / 180 }));
   }
-  /** As bits: 1 normal to x, 2 to y, 4 to z. */
+  /** The symmetry planes as bits: 1 normal to x, 2 to y, 4 to z. */
   private planes(): number {
     return [...element("symmetry").querySelectorAll("input")].reduce(
       (all, box) => all + (box.checked ? Number(box.value) : 0),
       0,
     );
   }
-  /** How many times all is done around which axis. */
+  /** The rotational symmetry: the number of parts of a turn and the axis. */
   private around(): { fold: number; axis: number } {
     const fold = Math.min(16, Math.max(1, Math.round(Number(input("fold").value)) || 1));
     return { fold, axis: Number(select("fold-axis").value) };
@@ -459,28 +625,22 @@ export class Hand {
     this.showSymmetry();
     this.send(write.ChooseSymmetry({ planes: this.planes(), fold, axis }));
   }
-  /** A pointer says what its tool does when it presses. */
-  private chooseWork(): void {
+  /** Chooses what the tool does. A pointer's tool does it when the pointer presses. */
+  private chooseWork(recalls = true): void {
     const { brush } = this;
-    document.body.classList.toggle("brushing", brush !== undefined);
-    element("brush").hidden = !brush;
-    element("keeps").hidden = !brush?.keeps;
-    element("colours").hidden = this.mode !== "paint";
-    element("walls").hidden = this.mode !== "turn";
-    this.view.showWheel(this.mode === "turn", false);
-    put("brush-out", brush?.name ?? "by a brush");
     input("brush-strength").min = this.mode === "inflate" ? "-100" : "0";
-    if (brush) input("brush-strength").value = String(100 * brush.strength);
+    if (recalls) this.recall();
+    this.showControls();
+    this.view.showWheel(this.mode === "turn", false);
+    put("brush-out", brush?.name ?? t("no_brush"));
     this.chooseTool();
     this.chooseBrush();
+    if (!this.readOnly) this.chooseHand();
+    this.showRing();
     if (this.device) this.send(write.ChooseWork({ mode: this.mode }));
   }
-  /** The brush, as it is chosen; `radius` and `strength`: instead of that. */
-  private chooseBrush(
-    radius = this.radius(),
-    strength = Number(input("brush-strength").value) / 100,
-  ): void {
-    if (this.brush && this.brush === BRUSHES[this.mode]) this.brush.strength = strength;
+  /** Sends the brush. `radius` and `strength` override the chosen values. */
+  private chooseBrush(radius = this.radius(), strength = this.brushStrength()): void {
     put("brush-strength-out", `${input("brush-strength").value} %`);
     const wall = Number(input("wall").value);
     put("wall-out", `${wall} mm`);
@@ -495,11 +655,36 @@ export class Hand {
         red: color >> 16,
         green: (color >> 8) & 255,
         blue: color & 255,
-        plane: set ? 2 : 0,
+        plane: set ? 2 : 1,
         wall: this.mode === "turn" ? wall : 0,
         point: set ? (set.point.toArray() as Vec3) : [0, 0, 0],
         normal: set ? (set.normal.toArray() as Vec3) : [0, 0, 1],
       }),
+    );
+  }
+  private brushStrength(): number {
+    return Number(input("brush-strength").value) / 100;
+  }
+  /** What a press does with the keys that are down: its mode, and whether its strength is negative. */
+  private wanted(): { mode: Mode; negative: boolean } {
+    const { mode } = this,
+      { shift, inverts } = this.keysDown;
+    if (shift) return { mode: "smooth", negative: false };
+    const inverse = inverts ? inverseOf(mode) : mode;
+    return { mode: inverse, negative: inverts && mode === "inflate" };
+  }
+  /** Draws the ring under the pointer: its colour shows what a press does. */
+  private showRing(): void {
+    const { marks } = this.view,
+      { mode, negative } = this.stroke ?? this.wanted(),
+      smooths = mode === "smooth" && this.mode !== "smooth";
+    marks.styleRing(
+      smooths ? "smooths" : negative || mode !== this.mode ? "inverts" : "usual",
+      BRUSHES[mode] ? Number(select("falloff").value) : null,
+    );
+    marks.showRing(
+      this.stroke?.last ?? this.over,
+      smooths ? SHIFT_WIDTH * this.radius() : this.radius(),
     );
   }
   private chooseHand(): void {
@@ -515,7 +700,7 @@ export class Hand {
     );
   }
 
-  /** Which way the tool points there: away from the wood. */
+  /** The tool's axis at this position. It points away from the wood. */
   private axisAt(hit: Hit, event: PointerEvent): THREE.Vector3 {
     const how = select("axis").value;
     const axis =
@@ -524,19 +709,19 @@ export class Hand {
         : how === "pen"
           ? this.view.cameras.alongPen(event.tiltX, event.tiltY)
           : hit.normal;
-    // Flatter than that it would go through the wood with its side.
+    // A flatter axis would push the tool's side through the wood.
     return axis.dot(hit.normal) > 0.15 ? axis.clone() : hit.normal.clone();
   }
 
   /**
-   * The tip, the tool's lowest point, that presses so deep at a place; above it for a depth below
-   * zero.
+   * The tip, the tool's lowest point, at depth `deep` below a position. A negative depth is above
+   * it.
    */
   private tipAt(hit: Hit, deep: number): Vec3 {
     return hit.point.clone().addScaledVector(this.axis, -deep).toArray() as Vec3;
   }
 
-  /** `time`: of the event [ms]. */
+  /** Aims at a position. `time` is the event's time [ms]. */
   private aim(hit: Hit, deep: number, time: number): void {
     if (this.device || this.readOnly) return;
     this.there = true;
@@ -544,7 +729,7 @@ export class Hand {
     this.send(write.Aim({ tip: this.aimed, axis: this.axis.toArray() as Vec3, time: time / 1000 }));
   }
 
-  /** How deep: where it adds, so that the tool stands out as much as it else would sink in. */
+  /** The depth of a press [mm]. An adding tool stands out as far as it would otherwise sink in. */
   private pressed(event: PointerEvent): number {
     if (this.brush) return 0;
     if (this.stroke?.mode === "deposit") return heightOf(this.own()) - this.depth();
@@ -553,8 +738,8 @@ export class Hand {
   }
 
   /**
-   * Where a point of the window meets the plane through a place; null where it looks along the
-   * plane.
+   * Where the line of sight through a point of the window meets a plane. Null if the line is almost
+   * parallel to the plane.
    */
   private onPlane(x: number, y: number, plane: Hit): Hit | null {
     const ray = this.view.cameras.rayAt(x, y);
@@ -567,20 +752,20 @@ export class Hand {
   }
 
   /**
-   * Where a stroke begins that is pressed there: on the wood, beside it within the tool's radius,
-   * or anywhere.
+   * Where a press at this point of the window begins a stroke: on the wood, near it within the
+   * tool's radius, or anywhere if the key for that is down. Null if it begins none.
    */
   private beginning(x: number, y: number): Hit | null {
     const on = this.view.hit(x, y, true);
     if (on) return on;
-    const beside = this.beside(x, y);
-    if (beside) return this.onPlane(x, y, beside) ?? beside;
+    const nearby = this.nearby(x, y);
+    if (nearby) return this.onPlane(x, y, nearby) ?? nearby;
     if (!this.anywhere) return null;
     const point = this.over?.point ?? this.view.cameras.target;
     return this.onPlane(x, y, { point, normal: this.view.cameras.towardsEye(point) });
   }
-  /** The nearest wood around a point of the window, no farther from it than the tool is wide. */
-  private beside(x: number, y: number): Hit | null {
+  /** The nearest wood around a point of the window, at most one tool radius away. */
+  private nearby(x: number, y: number): Hit | null {
     const max =
       this.radius() / this.view.cameras.perPixel(this.over?.point ?? this.view.cameras.target);
     for (let ring = 1; ring <= 4; ring++)
@@ -600,7 +785,7 @@ export class Hand {
       if (event.button === 0 && (this.second.down(event) || this.stroke))
         return event.stopImmediatePropagation();
     if (this.stroke && event.pointerType === "touch" && event.pointerId !== this.stroke.pointer) {
-      // The hand that holds a pen may rest on the glass.
+      // A hand that holds a pen may rest on the screen. Ignore its touch.
       if (this.stroke.type !== "touch") return event.stopImmediatePropagation();
       return this.handToView();
     }
@@ -608,7 +793,7 @@ export class Hand {
       this.sliding = null;
       return event.stopImmediatePropagation();
     }
-    // Another finger looks.
+    // Another finger controls the view.
     const first = event.pointerType !== "touch" || event.isPrimary || this.second.working;
     const begins = first && event.button === 0 && this.holds && !this.stroke && !this.readOnly;
     if (begins && this.takesUp(event.clientX, event.clientY)) {
@@ -616,9 +801,9 @@ export class Hand {
       return;
     }
     const hit = begins ? this.beginning(event.clientX, event.clientY) : null;
-    if (!hit) return; // beside it: the view turns
+    if (!hit) return; // a press outside the wood turns the view
     if (this.device) {
-      // Clear of the wood; the view may turn.
+      // Bring the tool to a position clear of the wood. The view may turn.
       this.axis = hit.normal.clone();
       return this.send(write.BringTool({ tip: this.tipAt(hit, -1) }));
     }
@@ -626,19 +811,19 @@ export class Hand {
     this.press(event, hit);
   }
 
-  /** A stroke begins there. */
+  /** Begins a stroke. */
   private press(event: PointerEvent, hit: Hit): void {
     this.canvas.focus();
     this.canvas.setPointerCapture(event.pointerId);
     this.view.cameras.controls.enabled = false;
     this.view.solid.beginStroke();
-    const adds = this.mode === "cut" && (event.ctrlKey || event.altKey);
-    const mode = event.shiftKey ? "smooth" : adds ? "deposit" : this.mode;
-    const goes = BRUSHES[mode]?.goes;
-    // What is dragged goes in the plane across the view.
+    this.keysDown = { shift: event.shiftKey, inverts: event.ctrlKey || event.altKey };
+    const { mode, negative } = this.wanted();
+    const follows = BRUSHES[mode]?.follows;
+    // A dragging brush moves in the plane across the view.
     const across = { point: hit.point.clone(), normal: this.view.cameras.towardsEye(hit.point) };
     let plane = this.depthFrom === "held" ? hit : this.depthFrom === "set" ? this.plane : null;
-    if (BRUSHES[mode]) plane = goes ? across : null;
+    if (BRUSHES[mode]) plane = follows ? across : null;
     const at = plane ? (this.onPlane(event.clientX, event.clientY, plane) ?? hit) : hit;
     this.stroke = {
       pointer: event.pointerId,
@@ -649,16 +834,18 @@ export class Hand {
       wood: hit,
       plane,
       mode,
+      negative,
       from: { x: event.clientX, turn: (Number(input("turn-by").value) * Math.PI) / 180 },
       time: event.timeStamp,
     };
     if (mode === "turn") this.view.showWheel(true, true);
     if (mode !== this.mode) {
       this.chooseTool();
-      // With Shift, an edge goes in a stroke or two.
-      if (this.brush) this.chooseBrush(SHIFT_WIDTH * this.radius(), 1);
-    }
-    this.axis = this.axisAt(goes ? hit : at, event);
+      // With Shift, one or two strokes smooth an edge.
+      if (event.shiftKey) this.chooseBrush(SHIFT_WIDTH * this.radius(), 1);
+      else if (this.brush) this.chooseBrush();
+    } else if (negative) this.chooseBrush(this.radius(), -this.brushStrength());
+    this.axis = this.axisAt(follows ? hit : at, event);
     this.aimed = this.tipAt(at, this.pressed(event));
     this.there = true;
     this.guide.press(at);
@@ -674,7 +861,10 @@ export class Hand {
       setTimeout(() => this.stroke?.time === event.timeStamp && this.strike(), BLOW_AFTER_MS);
   }
 
-  /** Two fingers look; what the first began was not meant, and the view is told of it now. */
+  /**
+   * Two fingers control the view. Cancels the first finger's stroke and passes its press to the
+   * view.
+   */
   private handToView(): void {
     const { pointer, x, y } = this.stroke!;
     this.send(write.Cancel());
@@ -696,37 +886,33 @@ export class Hand {
   private move(event: PointerEvent): void {
     this.at = { x: event.clientX, y: event.clientY };
     if (this.sliding) {
-      input(this.sliding.id).value = String(
-        this.sliding.from * 1.01 ** (event.clientX - this.sliding.x),
-      );
-      return this.chooseTool();
+      const { id, from, x } = this.sliding,
+        way = event.clientX - x;
+      return this.setAmount(id, id === "brush-strength" ? from + way / 3 : from * 1.01 ** way);
     }
     if (this.second.follow(event)) return;
     if (this.stroke) return this.follow(event);
     if (event.buttons !== 0) return;
     this.over = this.view.hit(event.clientX, event.clientY);
-    this.view.marks.showRing(this.over, this.radius());
+    this.showRing();
     if (!this.over || !this.holds) return;
     this.axis = this.axisAt(this.over, event);
     this.aim(this.over, -HOVER, event.timeStamp);
   }
 
-  /**
-   * A stroke goes where the pointer was, by every event that the browser has put together, each at
-   * its own time.
-   */
+  /** Extends the stroke by every event that the browser has coalesced, each at its own time. */
   private follow(event: PointerEvent): void {
     const stroke = this.stroke!;
     if (event.pointerId !== stroke.pointer) return;
     Object.assign(stroke, { x: event.clientX, y: event.clientY });
     for (const one of newEvents(event, stroke)) this.followTo(one);
-    this.view.marks.showRing(stroke.last, this.radius());
+    this.showRing();
   }
   private followTo(event: PointerEvent): void {
     const stroke = this.stroke!,
       { clientX: x, clientY: y } = event;
-    const goes = this.brush?.goes;
-    if (goes === "turns") {
+    const follows = this.brush?.follows;
+    if (follows === "turns") {
       const turn = stroke.from.turn + TURN_PER_PIXEL * (x - stroke.from.x);
       this.send(write.ChooseTurn({ turn }));
       return this.aim(stroke.last, 0, event.timeStamp);
@@ -737,7 +923,7 @@ export class Hand {
     } else {
       at = this.view.hit(x, y, this.depthFrom === "began" && !this.brush);
       if (at) stroke.wood = at;
-      // Beside the wood the path goes on along the plane it left, so that the tool comes out of it.
+      // Outside the wood the path continues along the plane it left, so that the tool comes out.
       else at = this.onPlane(x, y, stroke.wood);
       if (
         at &&
@@ -747,14 +933,14 @@ export class Hand {
         at = null;
     }
     if (at) {
-      const way = at.point.distanceTo(stroke.last.point);
+      const distance = at.point.distanceTo(stroke.last.point);
       stroke.last = at;
       this.guide.follow(at);
-      if (goes) return this.aim(at, 0, event.timeStamp);
+      if (follows) return this.aim(at, 0, event.timeStamp);
       const wanted = this.axisAt(at, event);
       this.axis =
         select("axis").value === "normal"
-          ? turnTowards(this.axis, wanted, way, this.radius())
+          ? turnTowards(this.axis, wanted, distance, this.radius())
           : wanted;
     }
     this.aim(stroke.last, this.pressed(event), event.timeStamp);

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// What both hands make of a pointer's events.
+// Functions that both hands use to read pointer events.
 import type * as THREE from "three";
 
 /**
- * The events that the browser has put together, those after `stroke.time` [ms], which follows them:
- * the same events come raw and with the next frame.
+ * Yields the coalesced events after `stroke.time` [ms] and advances that time. The browser delivers
+ * the same events twice: raw, and with the next frame.
  */
 export function* newEvents(event: PointerEvent, stroke: { time: number }): Generator<PointerEvent> {
   const all = event.getCoalescedEvents?.() ?? [];
@@ -16,12 +16,12 @@ export function* newEvents(event: PointerEvent, stroke: { time: number }): Gener
 }
 
 /**
- * Turns a tool's axis towards another one. A hand does not turn at once where the surface does: it
- * takes half the tool's radius of the way, however fast the hand goes [mm].
+ * Turns a tool's axis towards another one. The turn is spread over half the tool's radius of path
+ * length [mm]. So the axis does not jump where the surface does.
  */
 export const turnTowards = (
   axis: THREE.Vector3,
   to: THREE.Vector3,
-  way: number,
+  distance: number,
   radius: number,
-): THREE.Vector3 => axis.lerp(to, 1 - Math.exp((-2 * way) / radius)).normalize();
+): THREE.Vector3 => axis.lerp(to, 1 - Math.exp((-2 * distance) / radius)).normalize();

@@ -1,35 +1,36 @@
 // SPDX-License-Identifier: MIT
-// The second hand: another finger, or the pointer where a force device holds the first tool. It
-// works beside the first, with a tool of its own; what both do until both are lifted is one stroke.
+// The second hand: another finger, or the pointer while a force device holds the first tool. It
+// works in parallel with the first hand and has its own tool. Everything both hands do until both
+// are lifted is one stroke.
 import * as THREE from "three";
 import { element, input, put, select } from "../base/dom";
 import type { Mode } from "../connection/kinds";
 import { write } from "../connection/messages";
-import type { SecondHand as Told } from "../connection/messages";
+import type { SecondHand as SecondHandMessage } from "../connection/messages";
 import { TOOLS, held, heightOf, shortened, sizeOf, type HeldTool } from "../tools/tools";
 import type { Hit } from "../view/pick";
 import type { View } from "../view/view";
 import type { Vec3 } from "../base/vec3";
 import { newEvents, turnTowards } from "./pointer_path";
 
-/** What it needs of the first hand. */
+/** What the second hand needs from the first hand. */
 export interface FirstHand {
   /** The tool that is chosen now. */
   own(): HeldTool;
   depth(): number;
   radius(): number;
   working(): boolean;
-  /** How a tool leads itself that goes so deep [mm]. */
+  /** How a self-leading tool enters at this depth [mm]. */
   leading(leads: boolean, depth: number): { lead: number; entry: number; lift: number };
-  /** Where a stroke begins that is pressed there: on the wood, or beside it. */
+  /** Where a press at this point begins a stroke: on the wood or near it. */
   beginning(x: number, y: number): Hit | null;
-  /** Where a point of the window meets the plane through a place. */
+  /** Where the line of sight through a point of the window meets a plane. */
   onPlane(x: number, y: number, plane: Hit): Hit | null;
 }
 
 export class SecondHand {
-  private tool: HeldTool | null = null; // that was given to it
-  private used: HeldTool | null = null; // the same, as it works at this depth
+  private tool: HeldTool | null = null; // the tool that was given to this hand
+  private used: HeldTool | null = null; // the same tool, adapted to the current depth
   private depth = 0;
   private stroke: {
     pointer: number;
@@ -37,7 +38,10 @@ export class SecondHand {
     wood: Hit;
     axis: THREE.Vector3;
     time: number;
-    /** Whether it began to look at the wood as it was; else the first hand did. */
+    /**
+     * Whether this hand keeps the surface from before the stroke. Otherwise the first hand keeps
+     * it.
+     */
     looks: boolean;
   } | null = null;
 
@@ -58,7 +62,7 @@ export class SecondHand {
   get mode(): Mode {
     return select("second-mode").value as Mode;
   }
-  /** Whether there is one. */
+  /** Whether the second hand is in use. */
   get there(): boolean {
     return this.mode !== "off";
   }
@@ -66,13 +70,13 @@ export class SecondHand {
     return this.stroke !== null;
   }
 
-  /** The first hand's tool; a press is not held in the second, and a ball is taken for a stamp. */
+  /** The first hand's tool. A stamp needs a press, which this hand lacks, so a ball replaces it. */
   private taken(): HeldTool {
     const tool = this.first.own();
     return tool.shape === "mesh" ? TOOLS.ball.make(this.first.radius(), 0) : tool;
   }
 
-  /** What is chosen, to the studio. */
+  /** Sends this hand's choices to the studio. */
   choose(): void {
     this.lift();
     const { there } = this,
@@ -92,11 +96,11 @@ export class SecondHand {
       }),
     );
   }
-  /** Perhaps another depth. It is told before a stroke: during one, what is told ends it. */
+  /** Sends a changed depth. It must be sent before a stroke, because sending it ends a stroke. */
   deepen(): void {
     if (this.there && !this.stroke && this.depth !== this.first.depth()) this.choose();
   }
-  /** Another document: nothing is under way, and there is none. */
+  /** Starts with another document. There is no second hand and no stroke. */
   begin(): void {
     this.stroke = null;
     this.tool = null;
@@ -104,21 +108,21 @@ export class SecondHand {
     element("second-tool").hidden = true;
     this.show(null);
   }
-  /** As the studio says; null: there is none. */
-  show(told: Told | null): void {
-    const there = told !== null && told.there !== 0;
+  /** Shows the second hand's state from the studio. Null: there is none. */
+  show(message: SecondHandMessage | null): void {
+    const there = message !== null && message.there !== 0;
     for (const id of ["second-force", "second-newtons"]) element(id).hidden = !there;
-    if (told && there) this.view.secondTool.set(held(told.tool));
+    if (message && there) this.view.secondTool.set(held(message.tool));
     this.view.secondTool.place(
-      there ? told.tip : null,
-      told?.axis ?? [0, 0, 1],
-      told?.side ?? [1, 0, 0],
-      told?.force ?? [0, 0, 0],
+      there ? message.tip : null,
+      message?.axis ?? [0, 0, 1],
+      message?.side ?? [1, 0, 0],
+      message?.force ?? [0, 0, 0],
     );
-    if (told && there) put("second-newtons", `${Math.hypot(...told.force).toFixed(1)} N`);
+    if (message && there) put("second-newtons", `${Math.hypot(...message.force).toFixed(1)} N`);
   }
 
-  /** Whether a press there is this hand's. */
+  /** Handles a press. Returns whether it belongs to this hand. */
   down(event: PointerEvent): boolean {
     if (!this.there || this.stroke) return false;
     const hit = this.first.beginning(event.clientX, event.clientY);
@@ -146,18 +150,18 @@ export class SecondHand {
     return true;
   }
 
-  /** Whether this pointer is the hand's. */
+  /** Handles a motion. Returns whether this pointer belongs to this hand. */
   follow(event: PointerEvent): boolean {
     const { stroke } = this;
     if (!stroke || event.pointerId !== stroke.pointer) return false;
     for (const one of newEvents(event, stroke)) {
       const at = this.view.hit(one.clientX, one.clientY, true);
       if (at) stroke.wood = at;
-      // Beside the wood the path goes on along the plane it left.
+      // Outside the wood the path continues along the plane it left.
       const next = at ?? this.first.onPlane(one.clientX, one.clientY, stroke.wood);
       if (next) {
-        const way = next.point.distanceTo(stroke.last.point);
-        turnTowards(stroke.axis, next.normal, way, this.first.radius());
+        const distance = next.point.distanceTo(stroke.last.point);
+        turnTowards(stroke.axis, next.normal, distance, this.first.radius());
         stroke.last = next;
       }
       this.send(
@@ -171,8 +175,8 @@ export class SecondHand {
     return true;
   }
 
-  /** The first hand lets go: whether this one goes on. */
-  goesOn(): boolean {
+  /** The first hand lets go. Returns whether this hand continues. */
+  isActive(): boolean {
     if (!this.stroke) return false;
     return (this.stroke.looks = true);
   }

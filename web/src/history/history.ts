@@ -1,38 +1,40 @@
 // SPDX-License-Identifier: MIT
-// The history as a strip: the way from the stock to where the document stands, and on to where it
-// was last. Strokes of one tool stand together in a group, which opens; lines above show where
-// branches leave. Only what is in view is in the page, and only its pictures are asked for.
+// The strip of the history. It shows the path from the stock to the current step, and on to where
+// the document was last. Consecutive strokes of one tool form a group that opens. Lines above show
+// where branches leave. The page contains only the visible cells and asks only for their pictures.
+import { t } from "../base/texts";
 import { request } from "../connection/access";
 import { isAction, MOVED, StepTree, type Branch, type Group, type Step } from "./steps";
 import { BRUSHES } from "../tools/brushes";
 import { TOOLS, held, iconOf, sizeOf } from "../tools/tools";
 
-/** A cell of the strip: a step, or a group (of several steps). */
+/** A cell of the strip: a step, or a group of several steps. */
 interface Item {
   key: string;
   group: Group;
-  step: Step; // a group's: the newest
-  steps: Step[]; // that it stands for: a step's with those before it in which the tool only moved
+  step: Step; // of a group: the newest
+  // The steps it represents: its own and the steps before it in which the tool only moved.
+  steps: Step[];
   whole: boolean; // it is a group
   open: boolean;
-  single: boolean; // a step that is a group by itself
+  single: boolean; // the only cell of its group
   x: number;
   width: number;
-  branches: Branch[] | null; // null: not looked for yet
+  branches: Branch[] | null; // null: not computed yet
 }
 
 const STEP_PX = 76,
   GROUP_PX = 164,
   OPEN_PX = 112,
   APART_PX = 4;
-const BESIDE_PX = 200; // cells so far out of view are there, too
-// Of the lines above the cells: the way runs below, the ends of branches lie in lanes above it.
-const WAY_Y = 32,
+const MARGIN_PX = 200; // cells this far out of view exist too
+// Lines above the cells. The path runs at DIRECTION_Y. The ends of branches lie in the lanes above it.
+const DIRECTION_Y = 32,
   LANES_Y = [8, 20],
   TREE_PX = 40,
   DOT_PX = 13;
-const MAX_PICTURES = 500; // kept in the page
-const LATER_MS = [3000, 10000]; // when a picture that another page draws is asked for
+const MAX_PICTURES = 500; // max number that the page keeps
+const LATER_MS = [3000, 10000]; // delays before asking for a picture that another page draws
 
 const SVG = "http://www.w3.org/2000/svg";
 function svg<K extends keyof SVGElementTagNameMap>(
@@ -49,7 +51,7 @@ function text(kind: string, words: string, tag = "span"): HTMLElement {
   made.textContent = words;
   return made;
 }
-const plural = (n: number, what: string): string => `${n} ${what}${n === 1 ? "" : "s"}`;
+const strokeCount = (n: number): string => (n === 1 ? t("one_stroke") : t("n_strokes", { n }));
 function volume(removed: number): string {
   const size = Math.abs(removed),
     sign = removed >= 0 ? "−" : "+";
@@ -57,7 +59,7 @@ function volume(removed: number): string {
     ? `${sign}${(size / 1000).toFixed(size < 10000 ? 1 : 0)} cm³`
     : `${sign}${size.toFixed(size < 10 ? 1 : 0)} mm³`;
 }
-/** The time of day; of another day with its date. */
+/** The time of day, with the date if it is not today. */
 function time(made: number, whole = false): string {
   if (made === 0) return "";
   const at = new Date(1000 * made),
@@ -69,44 +71,45 @@ function time(made: number, whole = false): string {
 }
 function toolName(step: Step): string {
   const known = held(step.tool),
-    tool = known ? `${TOOLS[known.shape].name} ${sizeOf(known)}`.trimEnd() : "Other tool";
-  if (step.mode === "deposit") return `${tool}, adds`;
-  if (step.mode === "press") return `${tool}, presses`;
-  if (step.mode === "throw" || step.mode === "turn") return `${tool}, on the wheel`;
-  // What a brush did; the tool only carried it.
+    tool = known ? `${TOOLS[known.shape].name} ${sizeOf(known)}`.trimEnd() : t("other_tool");
+  if (step.mode === "deposit") return t("tool_adds", { tool });
+  if (step.mode === "press") return t("tool_presses", { tool });
+  if (step.mode === "throw" || step.mode === "turn") return t("tool_on_wheel", { tool });
+  // A brush determined the result. The tool only carried it.
   return BRUSHES[step.mode]?.name ?? tool;
 }
-/** What made a step: the stock, an action, which has a label of its own, or a tool. */
+/** What made a step: the stock, a tool, or nothing for an action, which has its own label. */
 const toolOf = (step: Step): string =>
-  step.parent === 0 ? "Stock" : isAction(step) ? "" : toolName(step);
+  step.parent === 0 ? t("stock") : isAction(step) ? "" : toolName(step);
 function wordsOf(...parts: HTMLElement[]): HTMLElement {
   const words = document.createElement("span");
   words.className = "words";
   words.append(...parts);
   return words;
 }
-/** The stock, and tools that pages do not know, have that of a block. */
+/** The icon of a step's tool. The stock and unknown tools have the icon of a block. */
 const toolIcon = (step: Step): string => iconOf(held(step.tool)?.shape ?? "box");
 
 export class History {
   private tree = new StepTree();
   private names = new Map<number, string>();
-  private document = 0; // counts
+  private document = 0; // counts documents
   private pictures = new Map<number, string>();
-  private asked = new Set<number>();
-  /** Pictures that another camera took. */
+  private requested = new Set<number>();
+  /** Steps whose picture another camera took. */
   private foreign = new Set<number>();
   private items: Item[] = [];
-  private present: Item | undefined; // where the document stands
+  private present: Item | undefined; // the current step's item
   private forked = false; // there is a branch
-  private onWay = new Set<number>();
-  private toggled = new Map<number, boolean>(); // groups, by their first steps, that a person opened or closed
+  private onPath = new Set<number>();
+  // Groups that the user opened or closed, by their first steps.
+  private toggled = new Map<number, boolean>();
   private cells = new Map<string, { cell: HTMLButtonElement; look: string }>();
-  private focus = ""; // the item that Tab comes to; empty: the present
+  private focus = ""; // key of the item in the tab order; empty: the present one
   private due = false;
-  private changed = false; // what the strip shows, not only which part of it
+  private changed = false; // the content has changed, not only its visible part
   private centre = false;
-  private moved = false; // the document stands elsewhere than when all was laid out
+  private moved = false; // the current step has changed since the last layout
   private scroller = document.createElement("div");
   private inner = document.createElement("div");
   private lines = svg("svg", { class: "tree" });
@@ -119,15 +122,15 @@ export class History {
     this.scroller.className = "scroller";
     this.inner.className = "cells";
     this.inner.setAttribute("role", "toolbar");
-    this.inner.setAttribute("aria-label", "Steps; arrow keys move, Enter goes there");
+    this.inner.setAttribute("aria-label", t("steps_help"));
     this.inner.append(this.lines);
     this.scroller.append(this.inner);
     const more = text("more", "Name …", "button") as HTMLButtonElement;
-    more.title = "give where you are a name, to come back to";
+    more.title = t("name_step_hint");
     more.onclick = name;
     into.append(this.scroller, more);
     this.scroller.addEventListener("scroll", () => this.redraw(false));
-    // A wheel that only turns one way goes along the strip.
+    // A wheel that turns in only one direction scrolls along the strip.
     this.scroller.addEventListener("wheel", (event) => {
       if (event.deltaX !== 0 || event.shiftKey) return;
       event.preventDefault();
@@ -140,7 +143,7 @@ export class History {
   clear(): void {
     this.tree.clear();
     this.names.clear();
-    this.asked.clear();
+    this.requested.clear();
     this.foreign.clear();
     this.toggled.clear();
     this.focus = "";
@@ -188,16 +191,16 @@ export class History {
     if (this.pictures.size > MAX_PICTURES) {
       URL.revokeObjectURL(url);
       this.pictures.delete(oldest);
-      this.asked.delete(oldest);
+      this.requested.delete(oldest);
     }
-    this.asked.add(step);
+    this.requested.add(step);
     if (foreign) this.foreign.add(step);
     else this.foreign.delete(step);
     this.tree.setPictured(step);
     this.redraw();
   }
 
-  /** Whether a picture of the step by the page's own camera is missing. */
+  /** Whether the step lacks a picture by the page's own camera. */
   wants(step: number): boolean {
     const own = this.tree.get(step);
     return own !== undefined && (own.picture !== step || this.foreign.has(step));
@@ -214,14 +217,14 @@ export class History {
   }
 
   private draw(): void {
-    if (this.changed) this.layOut();
+    if (this.changed) this.updateLayout();
     this.changed = false;
     const { present } = this;
     if (this.centre && present)
       this.scroller.scrollLeft = present.x + present.width / 2 - this.scroller.clientWidth / 2;
     this.centre = false;
-    const from = this.scroller.scrollLeft - BESIDE_PX,
-      to = this.scroller.scrollLeft + this.scroller.clientWidth + BESIDE_PX;
+    const from = this.scroller.scrollLeft - MARGIN_PX,
+      to = this.scroller.scrollLeft + this.scroller.clientWidth + MARGIN_PX;
     let first = 0;
     for (let end = this.items.length; first < end; ) {
       const middle = (first + end) >> 1;
@@ -231,7 +234,7 @@ export class History {
     const seen: Item[] = [];
     for (let i = first; i < this.items.length && this.items[i].x <= to; i++)
       seen.push(this.items[i]);
-    // Keys come to them wherever they are.
+    // The item in the tab order exists even if it is out of view.
     const stop = this.items.find((item) => item.key === this.focus) ?? present;
     const there = new Set(seen);
     if (stop) there.add(stop);
@@ -241,8 +244,8 @@ export class History {
         cell.remove();
         this.cells.delete(key);
       }
-    // In the order of the strip, for those who hear it read. A cell that stays is not moved: that
-    // would take its focus.
+    // Keep the order of the strip for screen readers. Do not move a cell that stays, because moving
+    // takes its focus.
     let place = this.lines.nextSibling;
     for (const item of [...there].sort((a, b) => a.x - b.x)) {
       const cell = this.show(item, item === stop);
@@ -252,10 +255,10 @@ export class History {
     this.drawTree(seen, first);
   }
 
-  /** Where everything is. */
-  private layOut(): void {
-    const way = this.tree.way();
-    this.onWay = new Set(way.map((step) => step.id));
+  /** Computes the position of every item. */
+  private updateLayout(): void {
+    const path = this.tree.path();
+    this.onPath = new Set(path.map((step) => step.id));
     this.items = [];
     let x = 0;
     const put = (
@@ -273,9 +276,9 @@ export class History {
       });
       x += width + APART_PX;
     };
-    for (const group of this.tree.groups(way, (step) => this.names.has(step.id))) {
-      // A step in which the tool only moved has a cell only where the document stands there or it
-      // has a name.
+    for (const group of this.tree.groups(path, (step) => this.names.has(step.id))) {
+      // Steps in which the tool only moved have no cell. Exceptions are the current step and named
+      // steps.
       const cells: { step: Step; steps: Step[] }[] = [];
       let moved: Step[] = [];
       for (const step of group.steps) {
@@ -306,7 +309,7 @@ export class History {
       );
       if (open)
         for (const { step, steps } of cells)
-          put({ key: `step ${step.id}`, group, step, steps }, STEP_PX);
+          put({ key: t("step_number", { step: step.id }), group, step, steps }, STEP_PX);
     }
     this.moved = false;
     const { head } = this.tree;
@@ -367,7 +370,10 @@ export class History {
     return cell;
   }
 
-  /** url: of the picture of step `picture`, which may be an earlier one; 0: there is none. */
+  /**
+   * The picture of a step. `url` is the image of step `picture`, which may be an earlier one; 0:
+   * none.
+   */
   private pictureOf(step: Step, picture: number, url: string | undefined): HTMLElement {
     const shown = document.createElement("span");
     shown.className = "shown";
@@ -376,7 +382,7 @@ export class History {
       image.src = url;
       image.alt = "";
       shown.append(image);
-      // It stands for a later one.
+      // The picture belongs to an earlier step.
       shown.classList.toggle("earlier", picture !== step.id);
     }
     if (!url || picture !== step.id) shown.insertAdjacentHTML("beforeend", toolIcon(step));
@@ -392,10 +398,14 @@ export class History {
     const { group } = item,
       tool = toolOf(item.step),
       made = group.steps[0].made;
-    const strokes = plural(group.steps.filter(({ mode }) => mode !== MOVED).length, "stroke");
+    const strokes = strokeCount(group.steps.filter(({ mode }) => mode !== MOVED).length);
     cell.setAttribute("aria-expanded", String(item.open));
     cell.onclick = () => this.toggle(item);
-    cell.title = `${tool}: ${strokes}, ${time(made, true)}; click to ${item.open ? "close" : "open"}`;
+    cell.title = t(item.open ? "group_close" : "group_open", {
+      tool,
+      strokes,
+      time: time(made, true),
+    });
     const words = wordsOf(
       text("tool", tool),
       text("quiet", strokes),
@@ -415,7 +425,7 @@ export class History {
     const tool = toolOf(step),
       { picture } = step;
     const changed =
-      step.parent === 0 ? "" : step.mode === MOVED ? "moved only" : volume(step.removed);
+      step.parent === 0 ? "" : step.mode === MOVED ? t("moved_only") : volume(step.removed);
     cell.onclick = () => this.go(step.id);
     const about = [
       step.label,
@@ -423,20 +433,27 @@ export class History {
       step.parent !== 0 &&
         step.mode !== MOVED &&
         !isAction(step) &&
-        `${step.removed >= 0 ? "removed" : "added"} ${Math.abs(step.removed).toFixed(1)} mm³`,
+        t(step.removed >= 0 ? "removed_volume" : "added_volume", {
+          volume: Math.abs(step.removed).toFixed(1),
+        }),
       time(step.made, true),
     ];
-    if (picture && picture !== step.id) about.push(`the picture is of step ${picture}`);
-    cell.title = `Step ${step.id}: ${[tool, ...about].filter(Boolean).join(", ")}`;
+    if (picture && picture !== step.id) about.push(t("picture_of_step", { step: picture }));
+    cell.title = t("step_about", {
+      step: step.id,
+      about: [tool, ...about].filter(Boolean).join(", "),
+    });
     cell.dataset.step = String(step.id);
     const words = wordsOf(
-      named ? text("name", named) : text("tool", step.label || (single ? tool : `step ${step.id}`)),
+      named
+        ? text("name", named)
+        : text("tool", step.label || (single ? tool : t("step_number", { step: step.id }))),
       text("quiet", single ? time(step.made) : changed),
     );
     cell.replaceChildren(shown, words);
   }
 
-  /** The way as a line, and the branches that leave it, above what is in view. */
+  /** Draws the path as a line, and the branches that leave the visible part of it. */
   private drawTree(seen: Item[], first: number): void {
     const held = document.activeElement?.closest<SVGElement>("#history .branch")?.dataset.tip;
     this.lines.replaceChildren();
@@ -451,14 +468,14 @@ export class History {
     const { present } = this;
     const here = present ? Math.min(end, Math.max(begin, middle(present))) : begin;
     this.lines.append(
-      svg("path", { class: "way ahead", d: `M${here} ${WAY_Y}H${end}` }),
-      svg("path", { class: "way", d: `M${begin} ${WAY_Y}H${here}` }),
+      svg("path", { class: "way ahead", d: `M${here} ${DIRECTION_Y}H${end}` }),
+      svg("path", { class: "way", d: `M${begin} ${DIRECTION_Y}H${here}` }),
     );
     seen.forEach((item, i) => {
       if (item.whole && item.open) return;
       const x = middle(item),
         next = this.items[first + i + 1];
-      item.branches ??= item.steps.flatMap((step) => this.tree.branches(step, this.onWay));
+      item.branches ??= item.steps.flatMap((step) => this.tree.branches(step, this.onPath));
       const room = Math.max(
         1,
         next
@@ -471,7 +488,7 @@ export class History {
         ...curves,
         svg("circle", {
           cx: x,
-          cy: WAY_Y,
+          cy: DIRECTION_Y,
           r: item === present ? 5.5 : 3.5,
           class: `node${item === present ? " here" : ahead ? " ahead" : ""}`,
         }),
@@ -481,7 +498,9 @@ export class History {
     if (held) this.lines.querySelector<SVGElement>(`[data-tip="${held}"]`)?.focus();
   }
 
-  /** The branches that leave a cell at x, in so many columns: the lines to them, and their ends. */
+  /**
+   * Draws the branches that leave a cell at x: their lines and their ends, in a number of columns.
+   */
   private drawBranches(
     item: Item,
     all: Branch[],
@@ -489,26 +508,32 @@ export class History {
     columns: number,
   ): { curves: SVGElement[]; dots: SVGElement[] } {
     const places = LANES_Y.length * columns;
-    // Where there is no room for all, the last place stands for the oldest ones.
+    // If there is no room for all, the last place represents the oldest ones.
     const shown = all.length <= places ? all : all.slice(all.length - places + 1);
     const hidden = all.length - shown.length;
     const curves: SVGElement[] = [],
       dots: SVGElement[] = [];
     const add = (branch: Branch, k: number, title: string, ...marks: SVGElement[]): void => {
-      // The newest nearest, low lane first.
+      // The newest is the nearest. The low lane fills first.
       const dx = x + 16 + DOT_PX * Math.floor(k / LANES_Y.length),
         dy = LANES_Y[LANES_Y.length - 1 - (k % LANES_Y.length)];
       curves.push(
         svg("path", {
           class: "off",
-          d: `M${x} ${WAY_Y}C${x + 4} ${dy} ${x + 6} ${dy} ${dx} ${dy}`,
+          d: `M${x} ${DIRECTION_Y}C${x + 4} ${dy} ${x + 6} ${dy} ${dx} ${dy}`,
         }),
       );
       dots.push(this.branchEnd(item, branch, title, dx, dy, marks));
     };
     [...shown].reverse().forEach((branch, k) => {
       const name = this.names.get(branch.tip.id);
-      const title = `Another branch${name ? ` “${name}”` : ""}: ${plural(branch.strokes, "stroke")}, last ${toolName(branch.tip)} ${time(branch.tip.made, true)}; click to go to its end, step ${branch.tip.id}`;
+      const title = t("branch_about", {
+        name: name ? ` “${name}”` : "",
+        strokes: strokeCount(branch.strokes),
+        tool: toolName(branch.tip),
+        time: time(branch.tip.made, true),
+        step: branch.tip.id,
+      });
       const marks: SVGElement[] = [
         svg("circle", { r: name ? 4.5 : 3.5, class: name ? "dot named" : "dot" }),
       ];
@@ -525,7 +550,7 @@ export class History {
       add(
         all[hidden - 1],
         shown.length,
-        `${plural(hidden, "older branch").replace(/branchs$/, "branches")} leave here; click to go to the end of the newest of them, step ${all[hidden - 1].tip.id}`,
+        t("older_branches", { n: hidden, step: all[hidden - 1].tip.id }),
         mark,
       );
     }
@@ -556,19 +581,21 @@ export class History {
     return g;
   }
 
-  /** Arrows go along the strip, up to the branches that leave a cell, and back down. */
+  /**
+   * Handles the arrow keys: along the strip, up to the branches that leave a cell, and back down.
+   */
   private press(event: KeyboardEvent): void {
     const at = event.target as HTMLElement | SVGElement;
     if (event.ctrlKey || event.altKey || event.metaKey) return;
-    // A cell is pressed by them, and nothing else is.
+    // Enter and Space press only the cell, no other action.
     if (event.key === "Enter" || event.key === " ") event.stopPropagation();
     const branch = at.closest<SVGElement>(".branch");
     const along: Record<string, number> = { ArrowLeft: -1, ArrowRight: 1 };
     if (branch) {
-      const beside = [...this.lines.querySelectorAll<SVGElement>(".branch")].filter(
+      const siblings = [...this.lines.querySelectorAll<SVGElement>(".branch")].filter(
         (other) => other.dataset.from === branch.dataset.from,
       );
-      if (event.key in along) beside[beside.indexOf(branch) + along[event.key]]?.focus();
+      if (event.key in along) siblings[siblings.indexOf(branch) + along[event.key]]?.focus();
       else if (event.key === "ArrowDown") this.cells.get(branch.dataset.from!)?.cell.focus();
       else if (event.key === "Enter" || event.key === " ") this.go(Number(branch.dataset.tip));
       else return;
@@ -606,8 +633,8 @@ export class History {
   }
 
   private ask(step: number): void {
-    if (this.asked.has(step)) return;
-    this.asked.add(step);
+    if (this.requested.has(step)) return;
+    this.requested.add(step);
     const { document } = this;
     request(`/thumbnail?step=${step}`)
       .then(async (answer) => {
@@ -615,20 +642,22 @@ export class History {
         const foreign = picture !== null && (await hasGround(picture));
         if (document !== this.document || this.pictures.has(step)) return;
         if (picture) this.setPicture(step, picture, foreign);
-        else this.asked.delete(step);
+        else this.requested.delete(step);
       })
-      .catch(() => this.asked.delete(step));
+      .catch(() => this.requested.delete(step));
   }
 }
 
-/** Whether the picture's corner is covered, as that of none is that the page draws. */
+/**
+ * Whether the picture's first pixel is covered. It is transparent in pictures that the page draws.
+ */
 async function hasGround(png: Blob): Promise<boolean> {
   const canvas = document.createElement("canvas"),
     into = canvas.getContext("2d")!;
   try {
     into.drawImage(await createImageBitmap(png), 0, 0);
   } catch {
-    return true; // it is no picture, and is drawn anew
+    return true; // not a picture, so it is drawn again
   }
   return into.getImageData(0, 0, 1, 1).data[3] > 0;
 }

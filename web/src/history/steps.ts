@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The tree of what was done, as Steps tells it: the way through it that is shown, the groups of
-// strokes along that way, and the branches beside it. Nothing here knows the page.
+// The tree of steps, as the message Steps reports it. It computes the shown path, the groups of
+// strokes on it, and the branches that leave it. It does not depend on the page.
 import type { Mode, Tool } from "../connection/kinds";
 import { Reader } from "../connection/wire";
 
@@ -8,39 +8,43 @@ export interface Step {
   id: number;
   parent: number;
   removed: number; // [mm^3]; negative: added
-  made: number; // [s since 1970]; 0: not known
-  tool: Tool | null; // null: the stock, what is done with bodies, and tools that pages do not know; steps of one tool share it
+  made: number; // [s since 1970]; 0: unknown
+  // Null: the stock, an action on bodies, or a tool that pages do not know; steps of one tool share
+  // the object.
+  tool: Tool | null;
   mode: Mode; // off: the tool only moved
   label: string;
   next: number[];
-  /** The nearest step on the way here that has a picture, itself first; 0: none has. */
+  /** The nearest step on the path to this one, itself included, that has a picture. 0: none has. */
   picture: number;
 }
 
-/** Steps along the way that one tool, all its numbers alike, made within five minutes, all cutting or all filling; the stock,
- * too, is a group. */
+/**
+ * Consecutive steps with the same tool and mode, all made within five minutes of the first one. The
+ * stock is a group too.
+ */
 export interface Group {
   steps: Step[];
-  mode: Mode; // of those that did not only move
+  mode: Mode; // of the steps that did more than move
 }
 
-/** The end of a branch that leaves the way. */
+/** The end of a branch that leaves the path. */
 export interface Branch {
   tip: Step;
-  strokes: number; // from where it leaves
+  strokes: number; // number of strokes from where it leaves
 }
 
 const GROUP_S = 300;
 /** The mode of a step in which the tool only moved. */
 export const MOVED: Mode = "off";
 
-/** Whether it is no stroke, but what was done with bodies; its label says what. */
+/** Whether the step is an action on bodies, not a stroke. Its label says which action. */
 export const isAction = (step: Step): boolean => step.tool === null && step.label !== "";
 
 export class StepTree {
   private steps = new Map<number, Step>();
-  private tools = new Map<string, Tool | null>(); // by their text
-  /** Of a step that was gone back to: the one it was gone back from. */
+  private tools = new Map<string, Tool | null>(); // by their JSON text
+  /** For a step on a path that the user went back along: the next step on that path. */
   private last = new Map<number, number>();
   head = 0;
 
@@ -91,43 +95,46 @@ export class StepTree {
   }
 
   setHead(step: number): void {
-    // As redo goes: where it was gone back from. A step's number is above its parent's.
-    const way: Step[] = [];
+    // Remember the path for redo. A step's number is greater than its parent's.
+    const path: Step[] = [];
     let at = this.steps.get(this.head);
-    for (; at && at.id > step; at = this.steps.get(at.parent)) way.push(at);
-    if (at?.id === step) for (const left of way) this.last.set(left.parent, left.id);
+    for (; at && at.id > step; at = this.steps.get(at.parent)) path.push(at);
+    if (at?.id === step) for (const left of path) this.last.set(left.parent, left.id);
     this.head = step;
   }
 
-  /** The step has a picture from now on. */
+  /** Records that the step now has a picture. */
   setPictured(step: number): void {
     const own = this.steps.get(step);
     if (!own || own.picture === step) return;
     const before = own.picture;
     own.picture = step;
-    // Parents come before what follows them.
+    // Parents come before their children.
     for (const other of this.steps.values())
       if (other.id > step && other.picture === before)
         other.picture = this.steps.get(other.parent)?.picture ?? 0;
   }
 
-  /** From the stock to the head, and on to where the document was last. */
-  way(): Step[] {
-    const way: Step[] = [];
-    for (let at = this.steps.get(this.head); at; at = this.steps.get(at.parent)) way.push(at);
-    way.reverse();
-    for (let at: Step | undefined = way.at(-1); at; ) {
+  /** The path from the stock to the head, and on to where the document was last. */
+  path(): Step[] {
+    const path: Step[] = [];
+    for (let at = this.steps.get(this.head); at; at = this.steps.get(at.parent)) path.push(at);
+    path.reverse();
+    for (let at: Step | undefined = path.at(-1); at; ) {
       at = this.steps.get(this.last.get(at.id) ?? at.next.at(-1) ?? 0);
-      if (at) way.push(at);
+      if (at) path.push(at);
     }
-    return way;
+    return path;
   }
 
-  /** `ends` says whether a group ends with a step, as where it has a name. */
-  groups(way: Step[], ends: (step: Step) => boolean): Group[] {
+  /**
+   * Splits the path into groups. `ends` returns whether a group ends with a step, for example at a
+   * name.
+   */
+  groups(path: Step[], ends: (step: Step) => boolean): Group[] {
     const groups: Group[] = [];
     let ended = true;
-    for (const step of way) {
+    for (const step of path) {
       const last = groups.at(-1),
         first = last?.steps[0];
       const alike =
@@ -148,10 +155,10 @@ export class StepTree {
     return groups;
   }
 
-  /** The ends of all branches that leave the way at a step, newest last. */
-  branches(step: Step, onWay: Set<number>): Branch[] {
+  /** The ends of all branches that leave the path at a step, newest last. */
+  branches(step: Step, onPath: Set<number>): Branch[] {
     const found: Branch[] = [];
-    const open = step.next.filter((id) => !onWay.has(id)).map((id) => ({ id, before: 0 }));
+    const open = step.next.filter((id) => !onPath.has(id)).map((id) => ({ id, before: 0 }));
     for (let at = open.pop(); at; at = open.pop()) {
       const tip = this.steps.get(at.id)!;
       const strokes = at.before + (tip.mode === MOVED ? 0 : 1);

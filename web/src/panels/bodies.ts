@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The bodies of a document: their list, what is done with them, and the two gestures for it, a line
-// drawn across the piece that cuts it, and a body that is moved or turned. What a gesture comes to is
-// sent as one action, which the history then has.
+// The panel of the document's bodies: their list and the actions on them. Two gestures work on the
+// piece: a drawn line cuts a body, and a drag moves or turns it. Each gesture sends one action,
+// which becomes a step of the history.
+import { t } from "../base/texts";
 import * as THREE from "three";
 import { element, input, put, select } from "../base/dom";
 import { notify } from "../base/notice";
@@ -13,25 +14,25 @@ import type { View } from "../view/view";
 type Gesture = "cut" | "move" | "turn" | "mask";
 const GESTURES: Gesture[] = ["cut", "move", "turn", "mask"];
 const HELP: Record<Gesture, string> = {
-  cut: "Draw a line across the piece: it is cut there, all the way through. A closed line cuts out what is inside. With Shift the line is straight. Escape leaves it off.",
-  move: "Drag the body to where it is to be. Escape leaves it off.",
-  turn: "Drag to turn the body about its middle; with Shift, about the way you look. Escape leaves it off.",
-  mask: "Paint over what nothing is to cut; with Alt, over what may be cut again. As wide as the tool. Escape ends it.",
+  cut: t("help_cut"),
+  move: t("help_move"),
+  turn: t("help_turn"),
+  mask: t("help_mask"),
 };
 
-/** So far a drawn line may lie beside the straight one between its ends to be one [of its length]. */
+/** A line counts as straight if it deviates at most this much from the chord [chord lengths]. */
 const STRAIGHT = 0.02;
-/** Ends so near to each other close a line [pixels], if it is so many times as long. */
+/** A line closes if its ends are this near [pixels] and it is this many times as long. */
 const CLOSES_PX = 16,
   CLOSES_TIMES = 5;
-/** A line is drawn again through places that it passes no farther away from than so [pixels]. */
+/** Tolerance for simplifying a drawn line [pixels]. */
 const LINE_PX = 0.7;
-const LEAST_LINE_PX = 8;
+const MIN_LINE_PX = 8;
 const TURN_PER_PIXEL = 0.01; // [rad]
-/** Places of a mask's stroke are so far apart [its radii]; the studio takes no more than so many. */
+/** Spacing of a mask stroke's points [mask radii], and the studio's limit of their count. */
 const MASK_APART = 0.2,
   MASK_PLACES = 4096;
-const MASK = "Mask"; // as the studio calls it
+const MASK = "Mask"; // the name that the studio gives it
 
 const mm = (x: number): string => String(Number(x.toPrecision(2)));
 const shortVolume = (mm3: number): string =>
@@ -39,19 +40,19 @@ const shortVolume = (mm3: number): string =>
 
 type Point = { x: number; y: number };
 const apart = (a: Point, b: Point): number => Math.hypot(a.x - b.x, a.y - b.y);
-function beside(p: Point, a: Point, b: Point): number {
+function distanceToLine(p: Point, a: Point, b: Point): number {
   const long = apart(a, b);
   return long > 0
     ? Math.abs((b.x - a.x) * (p.y - a.y) - (b.y - a.y) * (p.x - a.x)) / long
     : apart(p, a);
 }
 
-/** Fewer places of a line, that it passes within `within` (Ramer, Douglas and Peucker). */
+/** Simplifies a line within the tolerance `within` (Ramer, Douglas and Peucker). */
 export function fewer(line: Point[], within: number): Point[] {
   let far = 0,
     at = 0;
   for (let i = 1; i + 1 < line.length; i++) {
-    const d = beside(line[i], line[0], line[line.length - 1]);
+    const d = distanceToLine(line[i], line[0], line[line.length - 1]);
     if (d > far) [far, at] = [d, i];
   }
   if (far <= within) return line.length > 1 ? [line[0], line[line.length - 1]] : line;
@@ -63,24 +64,24 @@ const LOCK = `<svg viewBox="0 0 20 20" aria-hidden="true"><rect x="4.5" y="9" wi
 
 const NO_GO = `<svg viewBox="0 0 20 20" aria-hidden="true"><path d="M10 2.5l6.5 2.3v5c0 4-2.8 6.6-6.5 7.9-3.7-1.3-6.5-3.9-6.5-7.9v-5z"/><path d="M7 10h6"/></svg>`;
 
-export class Bodies {
+export class BodiesPanel {
   private all: Body[] = [];
   private active = 1;
-  /** Others that are ticked: what a verb does, it does with these. */
+  /** Other ticked bodies. An action uses them too. */
   private ticked = new Set<number>();
   private gesture: Gesture | null = null;
   private drag: {
     pointer: number;
     line: Point[];
-    /** Of a body that is moved: through where it was taken hold of, across the view. */
+    /** For a moved body: the plane across the view through the point where it was grabbed. */
     plane: THREE.Plane;
     from: THREE.Vector3;
     by: THREE.Matrix4;
-    /** Of a mask: on the wood; and whether it is taken away. */
+    /** For a mask: points on the wood, and whether the stroke erases. */
     places: THREE.Vector3[];
     away: boolean;
   } | null = null;
-  private remaining = false; // what remains is shown
+  private remaining = false; // whether the remaining material is shown
   private drawn = element("drawn-line").querySelector("polyline")!;
 
   constructor(
@@ -89,7 +90,7 @@ export class Bodies {
     private send: (message: Uint8Array) => void,
     private holds: () => boolean,
     private bring: (file: File, longest: number) => void,
-    /** What else is shown in colours is not, from now on. */
+    /** Switches off all other colourings. */
     private otherColours: () => void,
   ) {
     const file = input("body-file");
@@ -99,7 +100,7 @@ export class Bodies {
       const chosen = file.files?.[0],
         size = this.view.solid.boxOf(this.active).getSize(new THREE.Vector3());
       if (chosen) this.bring(chosen, Math.max(...size.toArray()));
-      file.value = ""; // so that the same one can be chosen again
+      file.value = ""; // so that the same file can be chosen again
     };
     element("body-remains").onclick = () => this.showRemains(!this.remaining);
     for (const gesture of GESTURES)
@@ -122,11 +123,11 @@ export class Bodies {
       );
   }
 
-  /** The one that strokes go to. */
+  /** The body that strokes change. */
   get activeBody(): number {
     return this.active;
   }
-  /** Another document. */
+  /** Starts with another document. */
   begin(): void {
     this.take(null);
     this.all = [];
@@ -135,7 +136,7 @@ export class Bodies {
     this.remains({ max: 0, mean: 0, volume: 0, scale: 0 });
   }
 
-  /** What the studio said. */
+  /** Takes the list of bodies from the studio. */
   set(active: number, json: string): void {
     this.all = readBodies(json);
     this.active = active;
@@ -145,13 +146,13 @@ export class Bodies {
     this.draw();
   }
 
-  /** Strokes go to the next body of the list. */
+  /** Makes the next body of the list the active one. */
   next(): void {
     const at = this.all.findIndex((body) => body.id === this.active);
     if (this.all.length > 1) this.choose(this.all[(at + 1) % this.all.length].id);
   }
 
-  /** What the next drag on the piece does; null: the tool works again. */
+  /** Sets what the next drag on the piece does. Null: the tool works again. */
   take(gesture: Gesture | null): void {
     if (gesture && !this.holds()) return;
     if (gesture !== this.gesture) this.drop();
@@ -162,43 +163,41 @@ export class Bodies {
     if (gesture) notify(HELP[gesture]);
   }
 
-  /** Whether Escape was for a gesture. */
+  /** Leaves the current gesture on Escape. Returns whether there was one. */
   leaveOff(): boolean {
     if (!this.gesture) return false;
     this.take(null);
     return true;
   }
 
-  /**
-   * A press on another body than the one that is worked on takes that one up; whether it did.
-   */
+  /** Makes the pressed body the active one. Returns whether it did. */
   takeUp(x: number, y: number): boolean {
     if (this.all.length < 2) return false;
     const body = this.view.bodyAt(x, y);
-    // A template or a mask is in the way of no stroke.
+    // A template or a mask does not block a stroke.
     if (body === null || body === this.active) return false;
     if (this.all.some((one) => one.id === body && one.no_go)) return false;
     this.choose(body);
     return true;
   }
 
-  /** Whether the surface is shown in colours that it does not have. */
+  /** Whether the surface is shown in colours that are not its own. */
   get inColours(): boolean {
     return this.remaining;
   }
-  /** It is to be shown in other colours. */
+  /** Ends this colouring, because another one begins. */
   leaveColours(): void {
     this.remaining = false;
     this.remains({ max: 0, mean: 0, volume: 0, scale: 0 });
   }
-  /** The body that is worked on in colours, or as it is. */
+  /** Colours the active body by the remaining material, or stops that. */
   private showRemains(shown: boolean): void {
     if (shown) this.otherColours();
     this.remaining = shown;
     this.send(write.ShowRemains({ shown: shown ? 1 : 0 }));
     this.remains({ max: 0, mean: 0, volume: 0, scale: 0 });
   }
-  /** What the studio said of that. */
+  /** Shows the studio's numbers for the remaining material. */
   remains({ max, mean, volume, scale }: Remains): void {
     const known = this.remaining && scale > 0;
     element("body-remains").setAttribute("aria-pressed", String(this.remaining));
@@ -207,8 +206,8 @@ export class Bodies {
     put(
       "remains-said",
       known
-        ? `At most ${mm(max)} mm remain, ${mm(mean)} mm on average; ${shortVolume(volume)} in all`
-        : "Nothing is no-go beside this body",
+        ? t("remains", { max: mm(max), mean: mm(mean), volume: shortVolume(volume) })
+        : t("remains_none"),
     );
   }
 
@@ -225,7 +224,7 @@ export class Bodies {
     if (!this.holds() || body === this.active) return;
     this.send(write.ChooseBody({ body }));
     const name = this.all.find((one) => one.id === body)?.name;
-    if (name) notify(`${name} is worked on now.`);
+    if (name) notify(t("body_active", { body: name }));
   }
 
   private mirror(): void {
@@ -239,7 +238,7 @@ export class Bodies {
     });
   }
 
-  // ---- The list
+  // ---- List
 
   private draw(): void {
     const list = element("body-list");
@@ -265,7 +264,7 @@ export class Bodies {
     tick.type = "checkbox";
     tick.checked = this.ticked.has(body.id);
     tick.disabled = body.id === this.active;
-    tick.ariaLabel = `${body.name}: with the one that is worked on`;
+    tick.ariaLabel = t("body_tick", { body: body.name });
     tick.dataset.at = `tick ${body.id}`;
     tick.onchange = () => {
       if (tick.checked) this.ticked.add(body.id);
@@ -275,7 +274,7 @@ export class Bodies {
     const name = document.createElement("button");
     name.className = "name";
     name.textContent = body.name;
-    name.title = body.id === this.active ? "Its name (Enter, or click)" : "Work on it";
+    name.title = body.id === this.active ? t("body_rename") : t("body_activate");
     name.ariaPressed = String(body.id === this.active);
     name.dataset.at = `name ${body.id}`;
     name.onclick = () => {
@@ -289,15 +288,9 @@ export class Bodies {
       tick,
       name,
       volume,
-      this.flag(body, "visible", EYE, body.visible ? "Hide" : "Show", !body.visible),
-      this.flag(body, "locked", LOCK, body.locked ? "Unlock" : "Lock", body.locked),
-      this.flag(
-        body,
-        "no_go",
-        NO_GO,
-        body.no_go ? "Allow cuts in" : "No-go: nothing cuts into",
-        body.no_go,
-      ),
+      this.flag(body, "visible", EYE, t(body.visible ? "hide" : "show_body"), !body.visible),
+      this.flag(body, "locked", LOCK, t(body.locked ? "unlock" : "lock"), body.locked),
+      this.flag(body, "no_go", NO_GO, t(body.no_go ? "unprotect" : "protect"), body.no_go),
     );
     return row;
   }
@@ -305,14 +298,14 @@ export class Bodies {
     body: Body,
     which: "visible" | "locked" | "no_go",
     picture: string,
-    says: string,
+    hint: string,
     on: boolean,
   ): HTMLButtonElement {
     const button = document.createElement("button");
     button.className = `flag ${which}`;
     button.innerHTML = picture;
-    button.title = says;
-    button.ariaLabel = `${says} ${body.name}`;
+    button.title = hint;
+    button.ariaLabel = `${hint} ${body.name}`;
     button.ariaPressed = String(on);
     button.dataset.at = `${which} ${body.id}`;
     button.onclick = () => this.act({ verb: "set", bodies: [body.id], [which]: !body[which] });
@@ -322,7 +315,7 @@ export class Bodies {
     const field = document.createElement("input");
     field.value = body.name;
     field.maxLength = 60;
-    field.ariaLabel = "Name";
+    field.ariaLabel = t("name");
     const done = (keep: boolean): void => {
       field.onblur = null;
       const name = field.value.trim();
@@ -365,7 +358,7 @@ export class Bodies {
     if (this.gesture === "mask") {
       const hit = this.view.hit(x, y);
       if (!hit) {
-        this.drag = null; // beside it: the view turns
+        this.drag = null; // a press outside the piece turns the view
         return;
       }
       this.drag.places.push(hit.point);
@@ -420,7 +413,7 @@ export class Bodies {
     else if (!drag.by.equals(new THREE.Matrix4())) this.place(drag.by);
   }
 
-  /** A gesture is over, or left off. */
+  /** Ends or cancels a gesture. */
   private drop(): void {
     if (!this.drag) return;
     this.drag = null;
@@ -432,14 +425,14 @@ export class Bodies {
   private get maskRadius(): number {
     return Number(input("size").value);
   }
-  /** What a ball reaches whose middle goes along these places. */
+  /** Masks or unmasks what a ball reaches whose centre passes through these points. */
   private mask(places: THREE.Vector3[], away: boolean): void {
     const radius = this.maskRadius,
       own = this.body;
     const mask = this.all.find(
       (body) => body.no_go && body.name === MASK && own && body.matrix.equals(own.matrix),
     );
-    if (away && !mask) return notify("Nothing of this body is masked.");
+    if (away && !mask) return notify(t("mask_none"));
     this.act({
       verb: "protect",
       bodies: mask ? [this.active, mask.id] : [this.active],
@@ -473,7 +466,7 @@ export class Bodies {
   private place(by: THREE.Matrix4): void {
     if (!this.body) return;
     const to = by.clone().multiply(this.body.matrix);
-    // As exact a turn as doubles have, after however many turns.
+    // Make the axes orthonormal again, so that errors do not accumulate over many turns.
     const [x, y, z] = [0, 1, 2].map((i) => new THREE.Vector3().setFromMatrixColumn(to, i));
     x.normalize();
     y.addScaledVector(x, -x.dot(y)).normalize();
@@ -493,13 +486,16 @@ export class Bodies {
       first = line[0],
       last = line[line.length - 1];
     const long = line.slice(1).reduce((sum, p, i) => sum + apart(line[i], p), 0);
-    if (long < LEAST_LINE_PX) return notify("That line is too short to cut along.");
+    if (long < MIN_LINE_PX) return notify(t("line_short"));
     const box = this.view.solid.boxOf(this.active);
     const middle = box.getCenter(new THREE.Vector3());
     const closed = apart(first, last) < CLOSES_PX && long > CLOSES_TIMES * CLOSES_PX;
-    if (!closed && drawn.every((p) => beside(p, first, last) <= STRAIGHT * apart(first, last)))
+    if (
+      !closed &&
+      drawn.every((p) => distanceToLine(p, first, last) <= STRAIGHT * apart(first, last))
+    )
       return this.cutStraight(first, last, middle);
-    // The curve lies as deep as the wood that was drawn on.
+    // Place the curve at the mean depth of the wood under the line.
     const hits = line.flatMap((p) => this.view.hit(p.x, p.y)?.point ?? []);
     const deep =
       hits.length > 0 ? hits.reduce((a, b) => a.add(b)).divideScalar(hits.length) : middle;
@@ -508,7 +504,7 @@ export class Bodies {
     const places = (closed ? line.slice(0, -1) : line).flatMap(
       (p) => this.on(plane, p.x, p.y) ?? [],
     );
-    // The middle of the body stays: what comes off lies to the left, as one looks.
+    // Keep the part with the body's centre. The part to the left of the line comes off.
     const at = this.view.cameras.onScreen(middle.toArray());
     const left = (last.x - first.x) * (at.y - first.y) - (last.y - first.y) * (at.x - first.x) < 0;
     if (!closed && left) places.reverse();
@@ -520,7 +516,7 @@ export class Bodies {
     });
   }
 
-  /** By the plane that the line is seen as. */
+  /** Cuts by the plane of sight through both ends of the line. */
   private cutStraight(first: Point, last: Point, middle: THREE.Vector3): void {
     const rays = [first, last].map((p) => this.view.cameras.rayAt(p.x, p.y).clone());
     const across = rays[1].at(100, new THREE.Vector3()).sub(rays[0].at(100, new THREE.Vector3()));

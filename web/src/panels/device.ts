@@ -1,17 +1,14 @@
 // SPDX-License-Identifier: MIT
-// The panel of the force device: its name, whether it may push, and how far the tool goes for its
+// The panel of the force device: its name, whether it may push, and how far the tool moves for its
 // hand.
+import { t } from "../base/texts";
 import { element, input, put, read } from "../base/dom";
 import { write, type Device } from "../connection/messages";
 
-const STATES = [
-  "Off: it gives no force.",
-  "Waiting: move it clear of the wood.",
-  "On: it gives the force.",
-];
+const STATES = [t("device_off"), t("device_waiting"), t("device_on")];
 
 export class DevicePanel {
-  /** The part of the wood's force that the device's hand feels; 0: there is none. */
+  /** The share of the wood's force that the device's hand receives. 0: there is no device. */
   share = 0;
   private there = false;
   private armed = false;
@@ -22,7 +19,7 @@ export class DevicePanel {
       send(write.ChooseReach({ scale: 10 ** Number(input("reach").value) }));
   }
 
-  /** Another document: there is no device until the studio says so. */
+  /** Starts with another document. There is no device until the studio reports one. */
   begin(): void {
     this.there = false;
     this.share = 0;
@@ -36,7 +33,9 @@ export class DevicePanel {
     element("hint").hidden = true;
     element("device").hidden = false;
     element("device-name").textContent =
-      d.force > 0 ? `${d.name}: at most ${d.force.toPrecision(2)} N` : `${d.name}: gives no force`;
+      d.force > 0
+        ? t("device_force", { device: d.name, max: d.force.toPrecision(2) })
+        : t("device_no_force", { device: d.name });
     element("arm").hidden = d.force === 0;
     input("reach").value = String(Math.log10(d.scale));
     element("reach-out").textContent = `${d.scale.toPrecision(2)} ×`;
@@ -48,8 +47,8 @@ export class DevicePanel {
   showState(safety: number, trip: string, given: number): void {
     if (!this.there) return;
     this.armed = safety !== 0;
-    put("arm", this.armed ? "Stop the force" : "Let it push");
+    put("arm", t(this.armed ? "stop_the_force" : "turn_the_force_on"));
     put("device-state", STATES[safety] + (trip ? ` ${trip}` : ""));
-    read("device-given", safety === 2 ? `${given.toFixed(2)} N given` : "");
+    read("device-given", safety === 2 ? t("device_given", { force: given.toFixed(2) }) : "");
   }
 }

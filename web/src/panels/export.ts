@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The dialog that exports the piece as a file.
+import { t } from "../base/texts";
 import { ask, dialog, input, select } from "../base/dom";
 import { save } from "../base/files";
 import { notify } from "../base/notice";
@@ -11,13 +12,13 @@ async function exportAs(title: string, format: string, tolerance: string): Promi
     if (answer.ok) save(`${title}.${format}`, await answer.blob());
     else notify(await answer.text(), 8, true);
   } catch {
-    notify("The file did not arrive; is 'kibori studio' still running?", 8, true);
+    notify(t("export_missing"), 8, true);
   }
 }
 
 export const askExport = (): void => ask("exporting");
 
-/** title: the file's name without its ending. */
+/** Connects the dialog. `title` returns the file's name without its extension. */
 export function listenForExport(title: () => string): void {
   dialog("exporting").onclose = () => {
     if (dialog("exporting").returnValue === "yes")

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Keys, as the person wants them; kept in this browser.
+// The user's key bindings and the list that changes them. The browser keeps them.
+import { t } from "../base/texts";
 
 export interface Action {
   label: string;
@@ -9,7 +10,7 @@ export interface Action {
 
 const STORE = "kibori.keys";
 
-/** As it is written in a binding: Ctrl+Shift+z, [, Home. */
+/** The key of an event as bindings write it: Ctrl+Shift+z, [, Home. */
 function nameOf(event: KeyboardEvent): string {
   const control = event.ctrlKey || event.metaKey;
   const letter = event.key.length === 1 && event.key.toLowerCase() !== event.key.toUpperCase();
@@ -18,14 +19,14 @@ function nameOf(event: KeyboardEvent): string {
   return `${control ? "Ctrl+" : ""}${event.altKey ? "Alt+" : ""}${shift ? "Shift+" : ""}${key === " " ? "Space" : key}`;
 }
 
-/** Capital letters, as they were kept once. */
+/** Converts capital letters from an older stored format. */
 function asNamed(key: string): string {
   return key.length === 1 && key !== key.toLowerCase() ? `Shift+${key.toLowerCase()}` : key;
 }
 
 export class Keys {
-  private bound = new Map<string, string>(); // key: action
-  private waiting: string | null = null; // an action
+  private bound = new Map<string, string>(); // from key to action
+  private waiting: string | null = null; // an action that waits for a key
 
   constructor(
     private actions: Record<string, Action>,
@@ -37,7 +38,7 @@ export class Keys {
     this.draw();
   }
 
-  /** No key is waited for any more. */
+  /** Stops waiting for a key. */
   stopWaiting(): void {
     this.waiting = null;
     this.draw();
@@ -61,7 +62,7 @@ export class Keys {
       for (const [key, name] of Object.entries(kept ?? {}))
         if (name in this.actions) this.assign(asNamed(key), name);
     } catch {
-      // What can't be read is as if it were not there.
+      // Ignore stored bindings that cannot be read.
     }
   }
 
@@ -70,7 +71,7 @@ export class Keys {
     this.bound.set(key, action);
   }
 
-  /** Kept is only what was changed, so that actions that are new have their keys. */
+  /** Binds a key. Only changes are stored, so that new actions get their default keys. */
   private bind(key: string, action: string): void {
     this.assign(key, action);
     try {
@@ -78,7 +79,7 @@ export class Keys {
       for (const [other, name] of Object.entries(kept)) if (name === action) delete kept[other];
       localStorage.setItem(STORE, JSON.stringify({ ...kept, [key]: action }));
     } catch {
-      // Then it holds for this visit.
+      // Without storage the binding holds until the page is reloaded.
     }
   }
 
@@ -114,8 +115,8 @@ export class Keys {
           [...this.bound]
             .filter(([, to]) => to === name)
             .map(([key]) => key)
-            .join(" or ") || "none";
-        if (this.waiting === name) button.textContent = "press a key";
+            .join(` ${t("or")} `) || t("no_key");
+        if (this.waiting === name) button.textContent = t("press_a_key");
         button.onclick = () => {
           this.waiting = name;
           this.draw();

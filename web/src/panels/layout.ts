@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: MIT
-// Where panels stand is the style sheet's matter. Here: which of them are folded to a button, or
-// lie in the sheet at the lower edge of a narrow window, and what they leave free for the piece.
+// The layout of the panels. The style sheet places them. This file folds panels to buttons and
+// moves them into the bottom sheet of a narrow window. It measures the area that they leave free.
 import { element } from "../base/dom";
 import type { Insets } from "../view/cameras";
 
 const STORE = "kibori.panels";
 const NARROW = "(max-width: 599.98px)"; // as in style.css
-const SHEET_LEAST = 110,
-  SHEET_USUAL = 320; // [px] of the sheet's panel; dragged lower, it closes
-const DRAGGED = 6; // less than so far [px] is a click
-/** What the piece is shown beside. */
-const COVERS = "#bar, #grip, #corner, .panel";
+const MIN_SHEET = 110,
+  SHEET_USUAL = 320; // height of the sheet's panel [px]; it closes if dragged lower
+const DRAGGED = 6; // a shorter drag is a click [px]
+/** The elements that cover the view. */
+const COVERS = "#bar, #grip, #fixed, #corner, .panel";
 
 interface Kept {
   folded: Record<string, boolean>;
@@ -18,8 +18,8 @@ interface Kept {
 }
 
 /**
- * The largest part of a window that none of `taken` reaches into, by its shorter side, then by its
- * area.
+ * The largest rectangle of a window that overlaps none of `taken`. The shorter side decides first,
+ * then the area.
  */
 export function freeOf(width: number, height: number, taken: DOMRect[]): Insets {
   const shown = taken.filter((r) => r.width > 0 && r.height > 0);
@@ -54,21 +54,21 @@ export class Layout {
   private narrow = window.matchMedia(NARROW);
   private kept: Kept;
   private tab = "tools"; // the panel in the sheet
-  private open = false; // whether the sheet is
+  private open = false; // whether the sheet is open
   private panels = [...document.querySelectorAll<HTMLElement>(".panel")];
 
-  /** `free`: told what the panels leave, whenever that changes. */
+  /** Calls `free` with the free area whenever it changes. */
   constructor(private free: (insets: Insets) => void) {
-    // Where there is little room, the piece has it.
+    // Small windows begin with the force panel folded.
     this.kept = { folded: { force: innerWidth < 1100 }, height: SHEET_USUAL };
     try {
       const kept = JSON.parse(localStorage.getItem(STORE) ?? "{}") as Partial<Kept>;
       for (const { id } of this.panels)
         if (typeof kept.folded?.[id] === "boolean") this.kept.folded[id] = kept.folded[id];
-      if (typeof kept.height === "number" && kept.height >= SHEET_LEAST)
+      if (typeof kept.height === "number" && kept.height >= MIN_SHEET)
         this.kept.height = kept.height;
     } catch {
-      // What can't be read is as if it were not there.
+      // Ignore stored values that cannot be read.
     }
     for (const panel of this.panels)
       panel.querySelector<HTMLButtonElement>(".fold")!.onclick = () => {
@@ -87,7 +87,7 @@ export class Layout {
     const watch = new ResizeObserver(() => this.measure());
     for (const cover of document.querySelectorAll(COVERS)) watch.observe(cover);
     window.addEventListener("resize", () => this.measure());
-    // The tool and its size on their tab, whoever changes them.
+    // The tab shows the tool and its size. Observe the elements, because several parts change them.
     const tools = element("tools");
     for (const kind of ["input", "change"]) tools.addEventListener(kind, () => this.name());
     new MutationObserver(() => this.name()).observe(tools, {
@@ -99,7 +99,7 @@ export class Layout {
     this.show();
   }
 
-  /** What the panels leave free, told at once. */
+  /** Computes the area that the panels leave free and reports it at once. */
   measure(): void {
     const taken = [...document.querySelectorAll(COVERS)].map((cover) =>
       cover.getBoundingClientRect(),
@@ -107,13 +107,13 @@ export class Layout {
     this.free(freeOf(innerWidth, innerHeight, taken));
   }
 
-  /** By its handle the sheet is opened and closed, or drawn as high as wanted. */
+  /** The handle opens, closes and resizes the sheet. */
   private makeHandle(): void {
     const handle = element<HTMLButtonElement>("handle");
     let from: { y: number; height: number; moved: boolean } | null = null;
     const panel = (): HTMLElement => element(this.tab);
     handle.onclick = (event) => {
-      // A key, or a press that went nowhere.
+      // Ignore the click after a drag. A key or a press without motion toggles the sheet.
       if (event.detail !== 0 && from?.moved) return;
       this.open = !this.open;
       this.show();
@@ -137,11 +137,11 @@ export class Layout {
     };
     handle.onlostpointercapture = () => {
       if (!from?.moved) return;
-      this.open = this.kept.height >= SHEET_LEAST;
+      this.open = this.kept.height >= MIN_SHEET;
       if (!this.open) this.kept.height = SHEET_USUAL;
       this.show();
       this.kept.height = Math.max(
-        SHEET_LEAST,
+        MIN_SHEET,
         this.open ? panel().getBoundingClientRect().height : this.kept.height,
       );
       this.keep();
@@ -150,9 +150,8 @@ export class Layout {
 
   private name(): void {
     const shape =
-      document
-        .querySelector<HTMLInputElement>("#shapes input:checked")
-        ?.getAttribute("aria-label") ?? "";
+      document.querySelector<HTMLInputElement>("#choices .lit input")?.getAttribute("aria-label") ??
+      "";
     const texts: [string, string][] = [
       ["tab-tool", shape],
       ["tab-size", `${Number(Number(element<HTMLInputElement>("size").value).toFixed(1))} mm`],
@@ -165,7 +164,7 @@ export class Layout {
     try {
       localStorage.setItem(STORE, JSON.stringify(this.kept));
     } catch {
-      // Then it holds for this visit.
+      // Without storage the layout holds until the page is reloaded.
     }
   }
 

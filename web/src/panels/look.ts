@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// How the solid is looked at: shading, light, section, a picture to carve after, the view cube, and
-// pictures and films of it. What is chosen of the look is kept in this browser; section and
-// reference belong to the open document.
+// The panel that controls how the solid is shown: shading, light, section, reference picture, view
+// cube, pictures and films. The browser keeps the choices. Section and reference belong to the open
+// document.
+import { t } from "../base/texts";
 import * as THREE from "three";
 import { ViewCube } from "../view/cube";
 import { ask, dialog, element, input, put, select } from "../base/dom";
@@ -11,21 +12,23 @@ import type { Field, MethodView } from "./method_view";
 import type { Capture } from "../view/pictures";
 import type { View } from "../view/view";
 import type { Vec3 } from "../base/vec3";
-import type { Shading } from "../view/wood";
+import { MATCAPS, type Matcap, type Shading } from "../view/wood";
+import { SavedViews } from "./saved_views";
 
 const STORE = "kibori.look";
 const LIGHT: Vec3 = [-0.39, -0.25, 0.89],
   CLAY_LIGHT: Vec3 = [-0.45, 0.6, 0.66];
 const SIDE_PX = { min: 16, max: 8192 };
 const MAX_FRAMES = 3600;
-const REFERENCE_PX = 2048; // its longer side at most
-const LIGHT_STEP = 0.08; // of the widget's radius, by an arrow key
-const PANEL_LEAST_PX = 120,
+const REFERENCE_PX = 2048; // max length of its longer side
+const LIGHT_STEP = 0.08; // share of the widget's radius per arrow key
+const MIN_PANEL_PX = 120,
   PANEL_MARGIN_PX = 12;
-const LIGHT_DRAG_PX = 160; // on the view, from the widget's middle to its rim
+const LIGHT_DRAG_PX = 160; // drag distance on the view from the widget's centre to its rim
 
 interface Settings {
   shading: Shading;
+  matcap: Matcap;
   cavity: boolean;
   strength: number;
   hollows: boolean;
@@ -42,6 +45,7 @@ const isLight = (a: unknown): a is Vec3 =>
 function kept(): Settings {
   const settings: Settings = {
     shading: "wood",
+    matcap: "clay",
     cavity: true,
     strength: 0.5,
     hollows: true,
@@ -52,6 +56,7 @@ function kept(): Settings {
   try {
     const was = JSON.parse(localStorage.getItem(STORE) ?? "{}") as Partial<Settings>;
     if (was.shading === "plain" || was.shading === "clay") settings.shading = was.shading;
+    if (MATCAPS.some((look) => look === was.matcap)) settings.matcap = was.matcap!;
     if (typeof was.strength === "number" && was.strength >= 0 && was.strength <= 1)
       settings.strength = was.strength;
     for (const name of ["cavity", "hollows", "orthographic"] as const)
@@ -59,7 +64,7 @@ function kept(): Settings {
     for (const name of ["light", "clayLight"] as const)
       if (isLight(was[name])) settings[name] = was[name];
   } catch {
-    // What can't be read is as if it were not there.
+    // Ignore stored values that cannot be read.
   }
   return settings;
 }
@@ -67,10 +72,11 @@ function kept(): Settings {
 export class Look {
   private settings = kept();
   private document = "";
+  readonly savedViews: SavedViews;
   private cube: ViewCube;
   private reference: THREE.Mesh<THREE.PlaneGeometry, THREE.MeshBasicMaterial> | null = null;
   private filming: { left: boolean } | null = null;
-  private lightKey = false; // is held
+  private lightKey = false; // whether it is held
 
   constructor(
     private canvas: HTMLCanvasElement,
@@ -78,11 +84,17 @@ export class Look {
     private save: (ending: string, what: Blob) => void,
   ) {
     this.cube = new ViewCube(element("cube"), (from) => view.cameras.turnTo(from));
+    this.savedViews = new SavedViews(view.cameras);
     view.painter.onCamera = () => this.turned();
     const { settings } = this;
     document.querySelector<HTMLInputElement>(
       `input[name=shading][value=${settings.shading}]`,
     )!.checked = true;
+    select("matcap").value = settings.matcap;
+    select("matcap").onchange = () => {
+      settings.matcap = select("matcap").value as Matcap;
+      this.apply();
+    };
     input("cavity").checked = settings.cavity;
     input("cavity-strength").value = String(settings.strength);
     input("hollows").checked = settings.hollows;
@@ -104,7 +116,8 @@ export class Look {
     };
     this.listenForLight();
     this.listenForLightKey();
-    element("section").onclick = () => this.section(); // clicked again, the view's plane is where one now looks from
+    // A second click on "view" takes the current direction of sight.
+    element("section").onclick = () => this.section();
     input("section-at").oninput = () => this.section(false);
     input("section-flip").onchange = () => this.section(false);
     input("reference").onchange = () => void this.bring();
@@ -123,23 +136,25 @@ export class Look {
     this.apply();
   }
 
-  /** The panel ends where the window does. */
+  /** Limits the panel's height to the window. */
   private makeRoom(): void {
     const box = element<HTMLDetailsElement>("look-box"),
       panel = element("look-panel");
     const fit = (): void => {
       if (box.open)
-        panel.style.maxHeight = `${Math.max(PANEL_LEAST_PX, innerHeight - panel.getBoundingClientRect().top - PANEL_MARGIN_PX)}px`;
+        panel.style.maxHeight = `${Math.max(MIN_PANEL_PX, innerHeight - panel.getBoundingClientRect().top - PANEL_MARGIN_PX)}px`;
     };
     box.ontoggle = fit;
     window.addEventListener("resize", fit);
-    new ResizeObserver(fit).observe(element("messages")); // in a narrow window they are above it
+    // In a narrow window the messages are above the panel.
+    new ResizeObserver(fit).observe(element("messages"));
   }
 
-  /** Another document; what belongs to it alone goes. */
+  /** Starts with another document. Removes section and reference of the previous one. */
   begin(name: string): void {
     if (name === this.document) return;
     this.document = name;
+    this.savedViews.begin(name);
     this.remove();
     input("section-at").value = "0";
     input("section-flip").checked = false;
@@ -152,7 +167,7 @@ export class Look {
     this.apply();
   }
 
-  /** The buttons that choose a field show the method by its rays. */
+  /** Connects the buttons that choose the field of the method view. */
   showsMethod(method: MethodView): void {
     this.method = method;
     element("methods").onchange = () => {
@@ -161,7 +176,7 @@ export class Look {
     };
   }
   private method: MethodView | null = null;
-  private field: 0 | 1 | 2 = 2; // that was shown last
+  private field: 0 | 1 | 2 = 2; // the field that was shown last
 
   toggleMethod(): void {
     const value = this.method?.field === null ? String(this.field) : "off";
@@ -172,7 +187,9 @@ export class Look {
 
   private apply(): void {
     const { settings, view } = this;
+    view.matcap = settings.matcap;
     view.shading = settings.shading;
+    element("matcaps").hidden = settings.shading !== "clay";
     view.cavity = settings.cavity ? settings.strength : 0;
     view.hollows = settings.hollows;
     view.cameras.orthographic = settings.orthographic;
@@ -181,11 +198,11 @@ export class Look {
     try {
       localStorage.setItem(STORE, JSON.stringify(settings));
     } catch {
-      // Then it holds for this visit.
+      // Without storage the choice holds until the page is reloaded.
     }
   }
 
-  /** The camera stands elsewhere. */
+  /** Updates the cube and the light's widget after the camera has moved. */
   private turned(): void {
     this.cube.turn(this.view.cameras.turned);
     const light = this.light,
@@ -198,13 +215,16 @@ export class Look {
     const aside = degrees(light.x),
       up = degrees(light.y);
     element("light").ariaValueNow = String(aside);
-    element("light").ariaValueText =
-      `${Math.abs(aside)}° from the ${aside < 0 ? "left" : "right"}, ${Math.abs(up)}° from ${up < 0 ? "below" : "above"}${light.z < 0 ? ", from behind" : ""}`;
+    element("light").ariaValueText = [
+      t(aside < 0 ? "light_left" : "light_right", { n: Math.abs(aside) }),
+      t(up < 0 ? "light_below" : "light_above", { n: Math.abs(up) }),
+      ...(light.z < 0 ? [t("light_behind")] : []),
+    ].join(", ");
   }
 
   // ---- Light
 
-  /** In the camera's frame: the light that is used. */
+  /** The light that is used, in the camera's frame. */
   private get light(): THREE.Vector3 {
     const { shading, light, clayLight } = this.settings;
     if (shading === "clay") return new THREE.Vector3(...clayLight).normalize();
@@ -212,7 +232,7 @@ export class Look {
       .normalize()
       .applyMatrix4(this.view.cameras.turned.transpose());
   }
-  /** To a point of the widget's disc; beyond its rim: to the rim. */
+  /** Sets the light from a point of the widget's disc. Points beyond the rim move to the rim. */
   private setLight(x: number, y: number): void {
     const far = Math.hypot(x, y),
       shrunk = far > 0.995 ? 0.995 / far : 1;
@@ -240,25 +260,25 @@ export class Look {
     };
     widget.onpointermove = (event) => widget.hasPointerCapture(event.pointerId) && follow(event);
     widget.onkeydown = (event) => {
-      const ways: Record<string, [number, number]> = {
+      const directions: Record<string, [number, number]> = {
         ArrowLeft: [-1, 0],
         ArrowRight: [1, 0],
         ArrowUp: [0, 1],
         ArrowDown: [0, -1],
       };
-      const way = ways[event.key],
+      const direction = directions[event.key],
         { x, y } = this.light;
-      if (!way) return;
+      if (!direction) return;
       event.preventDefault();
       event.stopPropagation();
-      this.setLight(x + LIGHT_STEP * way[0], y + LIGHT_STEP * way[1]);
+      this.setLight(x + LIGHT_STEP * direction[0], y + LIGHT_STEP * direction[1]);
     };
     element("light-reset").onclick = () => {
       Object.assign(this.settings, { light: LIGHT, clayLight: CLAY_LIGHT });
       this.apply();
     };
   }
-  /** While its key is held, the pointer moves the light: before the tool hears of it. */
+  /** While its key is held, the pointer moves the light. The tool does not receive these events. */
   private listenForLightKey(): void {
     const typing = (target: EventTarget | null): boolean =>
       target instanceof HTMLInputElement && ["text", "number"].includes(target.type);
@@ -329,7 +349,7 @@ export class Look {
     const { min, max } = this.view.bounds,
       middle = min.clone().add(max).multiplyScalar(0.5),
       half = max.clone().sub(middle);
-    // So that what is left is what is behind the cut, as one looks at first.
+    // The section initially keeps the half that is behind the cut for the viewer.
     if (chosen && how !== "view")
       this.sectionNormal.set(how === "x" ? 1 : 0, how === "y" ? 1 : 0, how === "z" ? -1 : 0);
     if (chosen && how === "view")
@@ -375,12 +395,10 @@ export class Look {
       );
       this.reference.renderOrder = -1;
       element("reference-more").hidden = false;
-      this.view.showBeside(this.reference);
+      this.view.showExtra(this.reference);
       this.place();
     } catch {
-      notify(
-        `${file.name} is no picture that this browser can read; choose a PNG, JPEG or WebP file.`,
-      );
+      notify(t("picture_unreadable", { file: file.name }));
     }
   }
   private place(): void {
@@ -391,7 +409,7 @@ export class Look {
       middle = min.clone().add(max).multiplyScalar(0.5);
     const plane = select("reference-plane").value,
       value = (id: string): number => Number(input(id).value);
-    // Its right, its up and where it looks to.
+    // For each plane: the picture's right, its up, and the direction it faces.
     const axes = {
       front: [
         [1, 0, 0],
@@ -424,7 +442,7 @@ export class Look {
   private remove(): void {
     element("reference-more").hidden = true;
     if (!this.reference) return;
-    this.view.hideBeside(this.reference);
+    this.view.hideExtra(this.reference);
     this.reference.geometry.dispose();
     this.reference.material.map?.dispose();
     this.reference.material.dispose();
@@ -436,7 +454,7 @@ export class Look {
   private listenForPictures(): void {
     const open = (film: boolean): void => {
       const ratio = Math.min(2, devicePixelRatio);
-      put("capture-title", film ? "Turntable" : "Picture");
+      put("capture-title", t(film ? "turntable_title" : "picture_title"));
       for (const part of document.querySelectorAll<HTMLElement>("#capturing .film"))
         part.hidden = !film;
       input("capture-clear").parentElement!.hidden = film;
@@ -450,12 +468,7 @@ export class Look {
       ask("capturing");
     };
     element("picture").onclick = () => open(false);
-    element("turn").onclick = () =>
-      canFilm()
-        ? open(true)
-        : notify(
-            "This browser can't make films: it has no WebCodecs. Use a recent Chromium or Firefox.",
-          );
+    element("turn").onclick = () => (canFilm() ? open(true) : notify(t("no_films")));
     dialog("capturing").querySelector("form")!.onsubmit = (event) => {
       event.preventDefault();
       if (!this.filming) void this.capture(element("capture-save").dataset.what === "film");
@@ -472,22 +485,18 @@ export class Look {
       background: clear ? null : input("capture-color").value,
     };
     if (![of.width, of.height].every((px) => px >= SIDE_PX.min && px <= SIDE_PX.max))
-      return notify(
-        `A picture has ${SIDE_PX.min} to ${SIDE_PX.max} pixels a side; give other numbers.`,
-      );
+      return notify(t("picture_limits", SIDE_PX));
     const rate = number("film-rate"),
       count = Math.round(Number(input("film-seconds").value) * rate);
     if (filmed && !(count >= 2 && count <= MAX_FRAMES))
-      return notify(
-        `A film has 2 to ${MAX_FRAMES} pictures (seconds × pictures a second), not ${count}; give other numbers.`,
-      );
+      return notify(t("film_limits", { max: MAX_FRAMES, count }));
     const run = (this.filming = { left: false });
     let made: Film | null = null;
     try {
       if (!filmed) {
         const picture = await this.view.pictures.capture(of);
         if (picture) this.save("png", picture);
-        else notify("This browser can't make so large a picture; give a smaller size.");
+        else notify(t("picture_too_large"));
       } else {
         const bar = element<HTMLProgressElement>("capture-progress"),
           film = (made = new Film(of.width, of.height, rate));
@@ -500,9 +509,7 @@ export class Look {
         if (!run.left) this.save("webm", await film.end());
       }
     } catch (error) {
-      notify(
-        `The ${filmed ? "film" : "picture"} could not be made: ${(error as Error).message}. A smaller size may do.`,
-      );
+      notify(t(filmed ? "film_failed" : "picture_failed", { error: (error as Error).message }));
     }
     made?.leave();
     this.filming = null;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Measuring: a click on the wood tells how thick it is there, a second one how far it is from the
-// first, a third one the angle at the second; and what the piece weighs, and where its centre of
-// gravity is, as it is carved.
+// Measures the piece. The first click on the wood gives its thickness. The second gives a distance,
+// and the third gives the angle at the second point. It also shows mass and centre of gravity while
+// the user carves.
+import { t } from "../base/texts";
 import * as THREE from "three";
 import { element, input, put } from "../base/dom";
 import type { Hit } from "../view/pick";
@@ -10,7 +11,7 @@ import type { Vec3 } from "../base/vec3";
 
 const COLOUR = 0xb3261e,
   CENTRE = 0x2c6fbb;
-/** A mark is so large [parts of the piece]. */
+/** Radius of a mark, as a share of the piece's size. */
 const MARK = 1 / 160;
 
 const mm = (value: number): string => `${value.toFixed(2)} mm`;
@@ -19,12 +20,12 @@ export class Measure {
   private points: THREE.Vector3[] = [];
   private drawn = new THREE.Group();
   private centre = new THREE.Vector3();
-  private weighs = false; // whether there is anything
+  private weighs = false; // whether any material is left
 
   constructor(
     canvas: HTMLCanvasElement,
     private view: View,
-    /** Asks the studio what the piece weighs. */
+    /** Asks the studio for the mass. */
     private ask: () => void,
   ) {
     view.showAid(this.drawn);
@@ -40,28 +41,28 @@ export class Measure {
     input("measuring").checked = !this.active;
     this.choose();
   }
-  /** Whether Escape was for it. */
+  /** Leaves measuring on Escape. Returns whether it was active. */
   leaveOff(): boolean {
     if (!this.active) return false;
     this.toggle();
     return true;
   }
-  /** The piece is another one than it was. */
+  /** The piece has changed. */
   changed(): void {
     if (this.active) this.ask();
   }
-  /** Another document. */
+  /** Starts with another document. */
   begin(): void {
     this.points = [];
     this.weighs = false;
     this.choose();
   }
 
-  /** What the piece comes to: mass [g] (0: not known) and centre of gravity [mm]. */
+  /** Takes volume [mm^3], mass [g], 0 if unknown, and centre of gravity [mm]. */
   weigh(volume: number, mass: number, centre: Vec3): void {
     this.weighs = volume > 0;
     this.centre.set(...centre);
-    put("measure-mass", mass > 0 ? `${mass.toPrecision(4)} g` : "not known");
+    put("measure-mass", mass > 0 ? `${mass.toPrecision(4)} g` : t("unknown"));
     put("measure-centre", volume > 0 ? centre.map((x) => x.toFixed(2)).join("  ") : "–");
     if (this.active) this.draw();
   }
@@ -70,28 +71,28 @@ export class Measure {
     element("measures").hidden = !this.active;
     if (!this.active) this.points = [];
     this.changed();
-    this.tell(null);
+    this.show(null);
     this.draw();
   }
 
   private down(event: PointerEvent): void {
     if (!this.active || event.button !== 0) return;
     const hit = this.view.hit(event.clientX, event.clientY);
-    if (!hit) return; // beside it: the view turns
+    if (!hit) return; // a press outside the wood turns the view
     event.stopImmediatePropagation();
     if (this.points.length >= 3) this.points = [];
     this.points.push(hit.point.clone());
-    this.tell(hit);
+    this.show(hit);
     this.draw();
   }
   private move(event: PointerEvent): void {
     if (!this.active || event.buttons !== 0) return;
     event.stopImmediatePropagation();
-    this.tell(this.view.hit(event.clientX, event.clientY));
+    this.show(this.view.hit(event.clientX, event.clientY));
   }
 
-  /** The numbers, with the place under the pointer where one is still missing. */
-  private tell(over: Hit | null): void {
+  /** Shows the numbers. The point under the pointer completes an unfinished measurement. */
+  private show(over: Hit | null): void {
     const all = [...this.points];
     if (over && all.length < 3 && !all[all.length - 1]?.equals(over.point)) all.push(over.point);
     const thick = over && this.view.thickness(over);

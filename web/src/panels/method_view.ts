@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-// The method itself, drawn near the tool: the rays of one dexel field, the dexels on them with
-// their ends, the lattice points that vanish, and the resistance of each of them (eq. (4) of the
-// paper sums these). The page asks the studio for the rays around the tool and asks again once it
-// has the answer; while nothing is shown, nothing is asked.
+// Shows the method near the tool: the rays of one dexel field, their dexels and ends, the vanishing
+// lattice points, and the resistance of each point. Eq. (4) of the paper sums these resistances.
+// The page asks the studio for the rays around the tool. It asks again after each answer, and only
+// while the method is shown.
+import { t } from "../base/texts";
 import * as THREE from "three";
 import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
 import { LineSegments2 } from "three/examples/jsm/lines/LineSegments2.js";
@@ -13,29 +14,32 @@ import type { View } from "../view/view";
 import type { Vec3 } from "../base/vec3";
 import { Reader } from "../connection/wire";
 
-/** The dexel field whose rays are shown: 0 x, 1 y, 2 z; null: the method is not shown. */
+/** The dexel field whose rays are shown: 0 x, 1 y, 2 z. Null: the method is not shown. */
 export type Field = 0 | 1 | 2 | null;
 
-/** Rays shown along each side of the box around the tool. */
+/** Rays along each side of the box around the tool. */
 const RAYS = 24;
-/** Where rays would be closer together than this on the screen, only some are shown [px]. */
+/** Minimum distance between rays on the screen [px]. Closer rays are thinned out. */
 const RAY_PX = 7;
-/** Every so-manyth. */
+/** Possible steps for thinning: every n-th ray is shown. */
 const EVERY = [1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64];
-/** The box around the tool: of its half width, and how far above the tip its middle is (of its half side). */
+/**
+ * The box around the tool: its half width [tool half widths], and its centre's height above the tip
+ * [box half sides].
+ */
 const AROUND = 2,
   ABOVE = 0.3;
-/** How long a vanished point is seen [ms]. */
+/** How long a vanished point stays visible [ms]. */
 const FLASH_MS = 300;
 const MAX_FLASHES = 6000;
-/** Resistances drawn at once: more of them hide each other. */
+/** Max number of drawn resistances. More of them would hide each other. */
 const MAX_ARROWS = 20;
 const ARROW_PX = 30;
-/** Points are as large as the pitch allows [px]. */
-const POINT_PX = { least: 3, most: 7, ofPitch: 0.7 };
-/** Between two questions while nothing moves [ms]. */
+/** Size of points [px], proportional to the pitch and limited. */
+const POINT_PX = { min: 3, max: 7, ofPitch: 0.7 };
+/** Interval between requests while nothing moves [ms]. */
 const REST_MS = 200;
-/** A tick that took points counts as this one for so long [ms]; the eye can read it then. */
+/** A tick that removed points stays the current one for this time [ms]. So an eye can read it. */
 const NOW_MS = 400;
 
 const RAY = 0x7d8794,
@@ -71,7 +75,7 @@ void main() {
   #include <colorspace_fragment>
 }`;
 
-/** Round dots of one size [px] that fade, or stay where `lastsMs` is 0. */
+/** Round dots of one size [px]. They fade, or stay if `lastsMs` is 0. */
 class Dots {
   readonly points: THREE.Points<THREE.BufferGeometry, THREE.ShaderMaterial>;
   constructor(color: number, size: number, lastsMs: number, order: number) {
@@ -97,7 +101,7 @@ class Dots {
   set size(px: number) {
     this.points.material.uniforms.size.value = px * Math.min(2, devicePixelRatio);
   }
-  /** Places [mm], and when each came [ms]; none: they stay. */
+  /** Sets positions [mm] and the time when each appeared [ms]. Without times they stay. */
   set(places: number[], born: number[]): void {
     const { geometry } = this.points;
     geometry.dispose();
@@ -110,7 +114,7 @@ class Dots {
   }
 }
 
-/** Lines of one width [px]. */
+/** Line segments of one width [px]. */
 class Lines {
   readonly lines: LineSegments2;
   constructor(color: number, width: number, opacity: number, order: number) {
@@ -126,7 +130,7 @@ class Lines {
     this.lines.renderOrder = order;
     this.set([]);
   }
-  /** Six numbers a line [mm]. */
+  /** Sets the segments: six numbers per line [mm]. */
   set(ends: number[]): void {
     this.lines.visible = ends.length > 0;
     if (ends.length === 0) return;
@@ -139,12 +143,12 @@ class Lines {
 
 export class MethodView {
   private group = new THREE.Group();
-  // Of the plane through the tip that faces who looks; what is before it is left out.
+  // In the plane through the tip that faces the viewer. Rays in front of it are not shown.
   private rays = new Lines(RAY, 1, 0.8, 2);
   private dexels = new Lines(DEXEL, 3, 1, 3);
   private ends = new Dots(END, 7, 0, 4);
   private nodes = new Dots(NODE, 2.5, 0, 4);
-  // Behind it.
+  // Behind that plane.
   private farRays = new Lines(RAY, 1, 0.25, 1);
   private farDexels = new Lines(DEXEL, 1, 0.35, 1);
   private farEnds = new Dots(FAR_END, 3, 0, 1);
@@ -164,7 +168,7 @@ export class MethodView {
   private waiting = false; // for an answer
   private timer = 0;
   private last = ""; // the spans that are drawn
-  private tookAt = -Infinity; // a tick took points then [ms]
+  private tookAt = -Infinity; // time of the last tick that removed points [ms]
   private arrowsAt = -Infinity;
   private flashing = false;
 
@@ -175,7 +179,7 @@ export class MethodView {
     this.heads.frustumCulled = false;
     this.heads.count = 0;
     this.heads.renderOrder = 7;
-    // Points lie close together: a resistance is seen through those before it.
+    // Points lie close together. Show a resistance through the points in front of it.
     (this.heads.material as THREE.Material).depthTest = false;
     this.shafts.lines.material.depthTest = false;
     this.group.add(
@@ -194,7 +198,7 @@ export class MethodView {
     view.showAid(this.group);
   }
 
-  /** Another document. */
+  /** Starts with another document. */
   begin(origin: Vec3, pitch: number): void {
     this.origin = origin;
     this.pitch = pitch;
@@ -217,7 +221,7 @@ export class MethodView {
     this.askSoon(0);
   }
 
-  /** Where the tool's tip is; null: nowhere yet. */
+  /** Sets the tip. Null: unknown. */
   follow(tip: Vec3 | null, axis: Vec3): void {
     const moved = tip?.join() !== this.tip?.join();
     this.tip = tip;
@@ -263,34 +267,34 @@ export class MethodView {
     );
   }
 
-  /** What the studio answers. */
-  take(said: Method): void {
+  /** Takes the studio's answer. */
+  take(message: Method): void {
     this.waiting = false;
-    if (said.axis !== this.chosen) return this.askSoon(0);
-    const front = this.front(said);
+    if (message.axis !== this.chosen) return this.askSoon(0);
+    const front = this.front(message);
     const shape = [
-      said.every,
-      said.u,
-      said.v,
-      said.columns,
-      said.rows,
-      said.low,
-      said.high,
+      message.every,
+      message.u,
+      message.v,
+      message.columns,
+      message.rows,
+      message.low,
+      message.high,
       front.across,
       front.row,
       front.behind,
     ].join();
-    const told = `${shape} ${new TextDecoder("latin1").decode(said.spans)}`;
-    const changed = told !== this.last;
-    if (changed) this.draw(said, front);
-    this.last = told;
-    if (said.taken !== 0) this.flash(said);
-    this.say(said);
-    if (changed || said.taken !== 0) this.view.redraw();
-    this.askSoon(changed || said.taken !== 0 ? 0 : REST_MS);
+    const drawn = `${shape} ${new TextDecoder("latin1").decode(message.spans)}`;
+    const changed = drawn !== this.last;
+    if (changed) this.draw(message, front);
+    this.last = drawn;
+    if (message.taken !== 0) this.flash(message);
+    this.report(message);
+    if (changed || message.taken !== 0) this.view.redraw();
+    this.askSoon(changed || message.taken !== 0 ? 0 : REST_MS);
   }
 
-  /** A place on a ray [mm]. */
+  /** A position on a ray [mm]. */
   private at(axis: number, u: number, v: number, depth: number): Vec3 {
     const place: Vec3 = [0, 0, 0];
     place[axis] = this.origin[axis] + this.pitch * depth;
@@ -300,37 +304,37 @@ export class MethodView {
   }
 
   /**
-   * The plane of rays through the tip that faces who looks most: square to u or v (0, 1), which row
-   * or column of rays it is, and the sign of the way to those behind it.
+   * The plane of rays through the tip that faces the viewer most. It is normal to u (0) or v (1).
+   * `row` is its index. `behind` is the sign of the direction away from the viewer.
    */
-  private front(said: Method): { across: 0 | 1; row: number; behind: number } {
+  private front(message: Method): { across: 0 | 1; row: number; behind: number } {
     const tip = this.tip ?? [0, 0, 0],
-      way = this.view.cameras.towardsEye(new THREE.Vector3(...tip)).toArray();
-    const u = (said.axis + 1) % 3,
-      v = (said.axis + 2) % 3,
-      across = Math.abs(way[u]) > Math.abs(way[v]) ? 0 : 1;
+      direction = this.view.cameras.towardsEye(new THREE.Vector3(...tip)).toArray();
+    const u = (message.axis + 1) % 3,
+      v = (message.axis + 2) % 3,
+      across = Math.abs(direction[u]) > Math.abs(direction[v]) ? 0 : 1;
     const index = [u, v][across],
       at = (tip[index] - this.origin[index]) / this.pitch - 0.5;
-    const row = Math.round((at - [said.u, said.v][across]) / said.every),
-      last = [said.columns, said.rows][across] - 1;
+    const row = Math.round((at - [message.u, message.v][across]) / message.every),
+      last = [message.columns, message.rows][across] - 1;
     return {
       across,
       row: Math.min(last, Math.max(0, row)),
-      behind: way[index] > 0 ? -1 : 1,
+      behind: direction[index] > 0 ? -1 : 1,
     };
   }
 
-  private draw(said: Method, front: { across: 0 | 1; row: number; behind: number }): void {
-    const { axis, every, low, high } = said,
-      spans = new Reader(said.spans.slice().buffer);
+  private draw(message: Method, front: { across: 0 | 1; row: number; behind: number }): void {
+    const { axis, every, low, high } = message,
+      spans = new Reader(message.spans.slice().buffer);
     const near = { rays: [] as number[], dexels: [] as number[], ends: [] as number[] },
       far = { rays: [] as number[], dexels: [] as number[], ends: [] as number[] },
       unseen = { rays: [] as number[], dexels: [] as number[], ends: [] as number[] },
       nodes: number[] = [];
-    for (let row = 0; row < said.rows; row++)
-      for (let column = 0; column < said.columns; column++) {
-        const u = said.u + column * every,
-          v = said.v + row * every,
+    for (let row = 0; row < message.rows; row++)
+      for (let column = 0; column < message.columns; column++) {
+        const u = message.u + column * every,
+          v = message.v + row * every,
           deep = front.behind * ([column, row][front.across] - front.row);
         const to = deep === 0 ? near : deep > 0 ? far : unseen;
         to.rays.push(...this.at(axis, u, v, low), ...this.at(axis, u, v, high));
@@ -361,10 +365,10 @@ export class MethodView {
     });
   }
 
-  /** Points that vanished since the last answer, and their resistances against the motion. */
-  private flash(said: Method): void {
+  /** Shows the points that vanished since the last answer, and their resistances to the motion. */
+  private flash(message: Method): void {
     const now = performance.now(),
-      nodes = new Reader(said.vanished.slice().buffer);
+      nodes = new Reader(message.vanished.slice().buffer);
     const places: Vec3[] = [];
     while (nodes.more) {
       const place = [nodes.u16(), nodes.u16(), nodes.u16()].map(
@@ -379,17 +383,17 @@ export class MethodView {
       this.lit.flatMap(({ place }) => place),
       this.lit.map(({ born }) => born),
     );
-    const way = new THREE.Vector3(...said.motion),
+    const direction = new THREE.Vector3(...message.motion),
       mmPerPx = this.view.cameras.perPixel(new THREE.Vector3(...(this.tip ?? this.origin)));
     this.flashes.size = Math.min(
-      POINT_PX.most,
-      Math.max(POINT_PX.least, (POINT_PX.ofPitch * this.pitch) / mmPerPx),
+      POINT_PX.max,
+      Math.max(POINT_PX.min, (POINT_PX.ofPitch * this.pitch) / mmPerPx),
     );
-    if (places.length > 0 && way.lengthSq() > 0) {
+    if (places.length > 0 && direction.lengthSq() > 0) {
       const step = Math.ceil(places.length / MAX_ARROWS),
         long = ARROW_PX * mmPerPx,
         head = 0.3 * long;
-      const against = way.normalize().negate(),
+      const against = direction.normalize().negate(),
         turn = new THREE.Quaternion().setFromUnitVectors(new THREE.Vector3(0, 1, 0), against);
       const shafts: number[] = [],
         size = new THREE.Vector3(0.8 * head, head, 0.8 * head);
@@ -406,10 +410,10 @@ export class MethodView {
       this.arrowsAt = now;
     }
     const { dataset } = element("method");
-    dataset.vanished = String(Number(dataset.vanished ?? 0) + said.gone);
+    dataset.vanished = String(Number(dataset.vanished ?? 0) + message.gone);
     if (!this.flashing) this.fade();
   }
-  /** Draws on while points are seen to vanish. */
+  /** Redraws while vanished points are visible. */
   private fade(): void {
     const now = performance.now(),
       newest = this.lit.at(-1)?.born ?? -Infinity;
@@ -423,25 +427,23 @@ export class MethodView {
     if (this.flashing) requestAnimationFrame(() => this.fade());
   }
 
-  private say(said: Method): void {
+  private report(message: Method): void {
     const now = performance.now();
-    if (said.taken !== 0) this.tookAt = now;
+    if (message.taken !== 0) this.tookAt = now;
     const { pitch } = this,
       cell = pitch ** 3,
       compact = (value: number): string => String(Number(value.toPrecision(3)));
-    const nth =
-      said.every === 1
-        ? "every ray"
-        : `every ${said.every}${["th", "st", "nd", "rd"][said.every] ?? "th"} ray`;
+    const nth = message.every === 1 ? t("every_ray") : t("one_ray_in", { n: message.every });
     read("method-pitch", `${compact(pitch)} mm, ${nth}`);
     if (this.tookAt === -Infinity) return;
     element("method").classList.toggle("past", now - this.tookAt > NOW_MS);
-    read("method-points", `${said.points}`);
+    read("method-points", `${message.points}`);
     read(
       "method-volume",
-      `${compact(Math.abs(said.volume))} mm³ (K h³: ${compact(said.points * cell)})`,
+      `${compact(Math.abs(message.volume))} mm³ (K h³: ${compact(message.points * cell)})`,
     );
-    read("method-force", `${compact(Math.hypot(...said.force))} N`);
-    if (said.taken !== 0) read("method-ticks", `${said.taken} in ${said.ticks} ticks`);
+    read("method-force", `${compact(Math.hypot(...message.force))} N`);
+    if (message.taken !== 0)
+      read("method-ticks", t("points_in_ticks", { points: message.taken, ticks: message.ticks }));
   }
 }

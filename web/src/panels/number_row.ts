@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: MIT
-// A row of a slider: its number can be typed beside it, a screen reader hears its name and unit,
-// and sizes go by ratios along the slider. The slider keeps the id and the value that others read,
-// set and listen to.
+// Makes a slider row with a number that can be typed. A screen reader hears its name and unit.
+// Sizes change by ratios along the slider. The slider keeps its id and its value, which other parts
+// read, set and listen to.
+import { t } from "../base/texts";
 /**
- * What a slider's value is: the number shown, the same along a slider of ratios, or the number's
- * logarithm.
+ * Meaning of a slider's value: the shown number, the shown number on a slider of ratios, or the
+ * number's logarithm.
  */
 export type Scale = "linear" | "ratio" | "exponent";
 
 const VALUE = Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value")!;
-const WRONG_MS = 8000; // a sentence on what was typed stays so long
+const WRONG_MS = 8000; // how long an error about typed text is shown
 
-/** As it is typed: no more digits than matter. */
+/** The number as text, without insignificant digits. */
 const written = (x: number): string => String(Number(x.toFixed(Math.abs(x) < 1 ? 3 : 2)));
 
 class NumberRow {
@@ -24,8 +25,8 @@ class NumberRow {
   private timer = 0;
 
   /**
-   * `label`: a name, an output that others write (a number, its unit, and after a comma what it
-   * means), and a slider.
+   * `label` contains a name, an output and a slider. Other parts write the output: a number, its
+   * unit, and after a comma its meaning.
    */
   constructor(
     label: HTMLLabelElement,
@@ -35,29 +36,29 @@ class NumberRow {
     const { typed, unit, more, wrong } = this;
     const row = document.createElement("div"),
       name = document.createElement("label"),
-      said = label.querySelector("output")!;
+      shown = label.querySelector("output")!;
     row.className = label.className;
     row.id = label.id;
     row.title = label.title;
     row.hidden = label.hidden;
-    while (label.firstChild !== said) name.append(label.firstChild!);
+    while (label.firstChild !== shown) name.append(label.firstChild!);
     name.id = `${slider.id}-label`;
     typed.type = "number";
     typed.step = "any";
     typed.id = name.htmlFor = `${slider.id}-typed`;
     typed.setAttribute("aria-describedby", (unit.id = `${slider.id}-unit`));
     slider.setAttribute("aria-labelledby", name.id);
-    said.classList.add("heard");
-    said.setAttribute("aria-live", "off");
+    shown.classList.add("heard");
+    shown.setAttribute("aria-live", "off");
     unit.className = "unit";
     more.className = "more";
     wrong.className = "wrong";
     wrong.setAttribute("role", "alert");
-    row.append(name, typed, unit, slider, more, said, wrong);
+    row.append(name, typed, unit, slider, more, shown, wrong);
     if (scale === "ratio") row.insertBefore(this.byRatio(name.id), more);
     label.replaceWith(row);
 
-    // Keys and messages set the slider's value without an event.
+    // Key actions and messages set the slider's value without an event.
     Object.defineProperty(slider, "value", {
       get: () => VALUE.get!.call(slider) as string,
       set: (value: string) => {
@@ -67,20 +68,20 @@ class NumberRow {
     });
     slider.addEventListener("input", () => this.show());
     new MutationObserver(() => this.show()).observe(slider, { attributeFilter: ["min", "max"] });
-    new MutationObserver(() => this.explain(said.textContent ?? "")).observe(said, {
+    new MutationObserver(() => this.explain(shown.textContent ?? "")).observe(shown, {
       childList: true,
       characterData: true,
       subtree: true,
     });
     typed.addEventListener("change", () => this.take(name.textContent!.trim()));
     typed.addEventListener("keydown", (event) => event.key === "Escape" && this.show());
-    this.explain(said.textContent ?? "");
+    this.explain(shown.textContent ?? "");
     this.show();
   }
 
   /**
-   * A slider along which equal ways are equal ratios; the row's own keeps the value, and is not
-   * seen.
+   * A slider on which equal distances are equal ratios. The original slider keeps the value and is
+   * hidden.
    */
   private byRatio(labelledBy: string): HTMLInputElement {
     const { slider } = this,
@@ -123,13 +124,13 @@ class NumberRow {
     ratio.value = String(Math.log(now / low) / Math.log(Number(slider.max) / low));
   }
 
-  /** Of "4.0 mm, Ks 0.25/mm" the unit, and what it means. */
-  private explain(said: string): void {
-    const [first, ...rest] = said.split(", "),
+  /** Splits "4.0 mm, Ks 0.25/mm" into the unit and the explanation. */
+  private explain(shown: string): void {
+    const [first, ...rest] = shown.split(", "),
       unit = /^[-\d.]+\s*(.*)$/.exec(first)?.[1] ?? "";
     this.unit.textContent = unit;
     this.more.textContent = rest.join(", ");
-    for (const at of [this.slider, this.ratio]) at?.setAttribute("aria-valuetext", said);
+    for (const at of [this.slider, this.ratio]) at?.setAttribute("aria-valuetext", shown);
   }
 
   private take(name: string): void {
@@ -142,7 +143,13 @@ class NumberRow {
     window.clearTimeout(this.timer);
     wrong.textContent = fits
       ? ""
-      : `${name} can be ${low} to ${high} ${unit}; it stays ${written(this.number(slider.value))} ${unit}.`;
+      : t("number_limits", {
+          name,
+          low,
+          high,
+          unit: unit ?? "",
+          now: written(this.number(slider.value)),
+        });
     this.timer = window.setTimeout(() => (wrong.textContent = ""), WRONG_MS);
     if (!fits) return this.show();
     if (written(this.number(slider.value)) === written(wanted)) return;
@@ -152,10 +159,7 @@ class NumberRow {
   }
 }
 
-/**
- * Every slider of the page becomes a row with its number; `scales`: of those that are not linear,
- * by their ids.
- */
+/** Gives every slider of the page a number row. `scales` lists the nonlinear ones by id. */
 export function makeNumberRows(scales: Record<string, Scale>): void {
   for (const label of document.querySelectorAll<HTMLLabelElement>("label.row")) {
     const slider = label.querySelector<HTMLInputElement>("input[type=range]");

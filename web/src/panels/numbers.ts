@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: MIT
-// The numbers of the tool and of the piece.
+// Shows the numbers of the tool and the piece.
+import { t } from "../base/texts";
 import { element, read } from "../base/dom";
 import type { Vec3 } from "../base/vec3";
 import type { State } from "../connection/messages";
 
 const newtons = (n: number): string => `${n < 10 ? n.toFixed(1) : n.toFixed(0)} N`;
 
-/** Of the last tick: force [N], moment [N mm], tip [mm]. share: of the force, what a device's hand feels. */
+/**
+ * Shows one tick: force [N], moment [N mm], tip [mm]. `share` is the part of the force that a
+ * device's hand receives.
+ */
 export function showTick(force: number, moment: number, tip: Vec3, share: number): void {
   read("n-force", newtons(force));
   for (const id of ["hand-force", "n-hand"]) element(id).hidden = !(share > 0);
@@ -17,7 +21,7 @@ export function showTick(force: number, moment: number, tip: Vec3, share: number
 
 export function showPiece(s: State): void {
   read("n-volume", `${(s.volume / 1000).toFixed(2)} cm³`);
-  // Not "-0.000".
+  // Adding 0 avoids "-0.000".
   read("n-removed", `${(Math.round(s.removed) / 1000 + 0).toFixed(3)} cm³`);
-  read("n-step", `${s.step} of ${s.steps}`);
+  read("n-step", t("n_of", { n: s.step, all: s.steps }));
 }

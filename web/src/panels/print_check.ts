@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// What a printer would fail at: the studio colours the body that is worked on, this says what the
-// colours mean and asks from what on a wall is thin and a face hangs.
+// The panel that shows printing faults. The studio colours the active body. The panel explains
+// the colours and lets the user set the limits for thin walls and overhangs.
+import { t } from "../base/texts";
 import { element, input, put } from "../base/dom";
 import { write, type PrintFaults } from "../connection/messages";
 
@@ -12,7 +13,7 @@ export class PrintCheck {
 
   constructor(
     private send: (message: Uint8Array) => void,
-    /** Something else is shown in colours, or nothing. */
+    /** Switches off all other colourings. */
     private others: () => void,
   ) {
     input("checking").onchange = () => this.toggle(input("checking").checked);
@@ -20,11 +21,11 @@ export class PrintCheck {
       input(id).addEventListener("change", () => this.ask());
   }
 
-  /** Whether the surface is shown in colours that it does not have. */
+  /** Whether the surface is shown in colours that are not its own. */
   get inColours(): boolean {
     return this.checking;
   }
-  /** Another document, or something else is to be shown in colours. */
+  /** Ends the check for another document or another colouring. */
   leave(): void {
     if (!this.checking) return;
     this.checking = false;
@@ -36,20 +37,20 @@ export class PrintCheck {
     this.ask();
     this.draw();
   }
-  /** The numbers. */
+  /** Shows the numbers. */
   show({ overhang, thin, area: all, thinnest, pieces }: PrintFaults): void {
     const share = (part: number): string =>
-      part > 0 ? `${area(part)} (${((100 * part) / all).toPrecision(2)} %)` : "none";
+      part > 0 ? `${area(part)} (${((100 * part) / all).toPrecision(2)} %)` : t("no_faults");
     put("faults-overhang", share(overhang));
     put("faults-thin", share(thin));
     put("faults-thinnest", thinnest > 0 ? `${thinnest.toPrecision(2)} mm` : "–");
-    put("faults-loose", pieces > 1 ? `${pieces - 1}` : "none");
+    put("faults-loose", pieces > 1 ? `${pieces - 1}` : t("no_faults"));
   }
 
   private ask(): void {
     const within = (id: string, low: number, high: number, otherwise: number): number => {
-      const said = Number(input(id).value);
-      const value = said >= low && said <= high ? said : otherwise;
+      const typed = Number(input(id).value);
+      const value = typed >= low && typed <= high ? typed : otherwise;
       input(id).value = String(value);
       return value;
     };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What is chosen in controls, kept in this browser: by their ids, and groups of radio buttons by
-// their name.
+// Keeps the values of controls in this browser, by their ids. Groups of radio buttons are kept by
+// name.
 const STORE = "kibori.settings";
 
 type Control = HTMLInputElement | HTMLSelectElement;
@@ -13,23 +13,23 @@ export class Settings {
       const kept = JSON.parse(localStorage.getItem(STORE) ?? "{}") as Record<string, unknown>;
       for (const name of names) if (typeof kept[name] === "string") this.kept[name] = kept[name];
     } catch {
-      // What can't be read is as if it were not there.
+      // Ignore stored values that cannot be read.
     }
     document.addEventListener("change", (event) => {
       const { id, name } = event.target as Control;
       if (names.includes(id) || names.includes(name)) this.keep();
     });
-    // Keys change controls without an event.
+    // Key actions change controls without an event.
     window.addEventListener("pagehide", () => this.keep());
   }
   private restored = false;
 
-  /** Puts the controls to what was kept, as if by hand; once. */
+  /** Sets the controls to the stored values, once, and fires their events. */
   restore(): void {
     if (this.restored) return;
     this.restored = true;
-    // Each that is put back tells of a change, and all of them are kept again: the rest as it still
-    // is.
+    // Each restored control fires an event that stores all controls. Work on a copy of the stored
+    // values, so that this does not overwrite the rest.
     const kept = { ...this.kept };
     for (const name of this.names) {
       const value = kept[name];
@@ -41,7 +41,7 @@ export class Settings {
       if (control.type === "radio") (control as HTMLInputElement).checked = true;
       else if (control.type === "checkbox") (control as HTMLInputElement).checked = value === "1";
       else control.value = value;
-      // A choice that is no longer there.
+      // A stored choice may no longer exist.
       if (control instanceof HTMLSelectElement && control.selectedIndex < 0)
         control.selectedIndex = 0;
       for (const kind of ["input", "change"])
@@ -62,14 +62,16 @@ export class Settings {
         one = all.find(
           (control) => control.type !== "radio" || (control as HTMLInputElement).checked,
         );
-      if (one)
+      // A group of radio buttons may have none checked.
+      if (!one) delete this.kept[name];
+      else
         this.kept[name] =
           one.type === "checkbox" ? ((one as HTMLInputElement).checked ? "1" : "0") : one.value;
     }
     try {
       localStorage.setItem(STORE, JSON.stringify(this.kept));
     } catch {
-      // Then it holds for this visit.
+      // Without storage the settings hold until the page is reloaded.
     }
   }
 }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Splines by hand: control points that are put on the piece and held by the pointer, by several
-// fingers at once, or by a pen; what they make is shown while they move, and becomes a step when it
-// is applied. The last one can be taken up again, with all that was done since.
+// Splines by hand. The user puts control points on the piece and moves them with a pointer, several
+// fingers or a pen. A preview follows. Applying it makes a step. The last spline can be edited
+// again, and later steps are kept.
+import { t } from "../base/texts";
 import * as THREE from "three";
 import { request } from "../connection/access";
 import { element, input, put, select } from "../base/dom";
@@ -12,7 +13,7 @@ import type { View } from "../view/view";
 type Kind = "sweep" | "extrude" | "revolve";
 type Operation = "deposit" | "cut" | "intersect";
 
-/** A spline as documents keep it: see kibori/document/body_codec.cpp. */
+/** A spline as documents store it. See kibori/document/body_codec.cpp. */
 interface Spline {
   kind: Kind;
   operation: Operation;
@@ -32,13 +33,12 @@ interface Action {
   spline: Spline;
 }
 
-const HELP =
-  "Press on the piece for each point of the spline; with Shift, beside it too. Drag points to move them, with several fingers at once. Delete removes the one that was touched last, Enter applies, Escape leaves it off.";
-/** A press so near to a point takes hold of it [pixels]. */
+const HELP = t("help_spline");
+/** A press this near to a point grabs it [pixels]. */
 const NEAR_PX = 16;
-const MOST_POINTS = 64;
+const MAX_POINTS = 64;
 const HANDLE_PX = 14;
-/** An arrow is so long for a force [mm / N], and at most so long [mm]. */
+/** Length of an arrow per force [mm / N], and its max length [mm]. */
 const MM_PER_NEWTON = 0.5,
   LONGEST_MM = 25;
 const COLOR = 0x0072b2,
@@ -62,16 +62,16 @@ export class Splines {
   private active = false;
   private points: THREE.Vector3[] = [];
   private touched = -1;
-  /** Of pointers: the point each holds, and the plane it is moved in. */
+  /** For each pointer: the point that it holds and the plane in which the point moves. */
   private held = new Map<number, { point: number; plane: THREE.Plane }>();
-  /** Of a profile that is pushed: all its points lie here. */
+  /** The plane of a profile that is extruded. It contains all points. */
   private profile: THREE.Plane | null = null;
-  /** What is changed, if it was applied before: its step, and the head of then. */
+  /** The applied spline that is being edited: its step, and the head at that time. */
   private old: { step: number; parent: number; head: number; body: number } | null = null;
   private axisPoint: THREE.Vector3 | null = null;
-  private waits = false; // for the state before it
-  private asked = false; // a preview is being made
-  private again = false; // and is out of date
+  private waits = false; // for the state before the edited step
+  private requested = false; // a preview is being computed
+  private again = false; // and that preview is already outdated
   private forces: THREE.Vector3[] = [];
   private shown = new THREE.Group();
   private disc = disc();
@@ -114,13 +114,13 @@ export class Splines {
     event.stopPropagation();
   }
 
-  /** Another document, or none. */
+  /** Starts with another document or none. */
   reset(): void {
     this.old = null;
     if (this.active) this.end();
   }
 
-  /** Whether Escape was for it. */
+  /** Ends the work on Escape. Returns whether there was any. */
   leaveOff(): boolean {
     if (!this.active) return false;
     this.send(write.PreviewAction({ action: "" }));
@@ -130,7 +130,7 @@ export class Splines {
   }
   private apply(): void {
     const action = this.action();
-    if (!action) return notify("A spline takes two points, and a closed one three.");
+    if (!action) return notify(t("spline_points"));
     const text = JSON.stringify(action);
     if (this.old)
       this.send(write.ReviseStep({ step: this.old.step, head: this.old.head, action: text }));
@@ -145,19 +145,20 @@ export class Splines {
     this.changed();
   }
 
-  /** What the studio said of the preview. */
+  /** Takes the studio's answer to a preview. */
   previewed({ error, forces }: Previewed): void {
-    this.asked = false;
+    this.requested = false;
     if (!this.active) return;
     put("spline-says", error);
     const all = forces ? (JSON.parse(forces) as number[][]) : [];
     this.forces = this.held.size > 0 ? all.map((f) => new THREE.Vector3(...f)) : [];
-    const most = Math.max(0, ...this.forces.map((f) => f.length()));
-    if (!error && most > 0.05) put("spline-says", `At most ${most.toFixed(1)} N on a finger`);
+    const largest = Math.max(0, ...this.forces.map((f) => f.length()));
+    if (!error && largest > 0.05)
+      put("spline-says", t("spline_force", { force: largest.toFixed(1) }));
     this.draw();
     if (this.again) this.preview();
   }
-  /** The step that is shown now. */
+  /** Takes the current step. */
   step(now: number): void {
     if (!this.waits || now !== this.old?.parent) return;
     this.waits = false;
@@ -166,7 +167,7 @@ export class Splines {
     this.preview();
   }
 
-  // ---- What is being made
+  // ---- The spline
 
   private begin(): void {
     if (!this.holds()) return;
@@ -181,8 +182,8 @@ export class Splines {
     element("spline-choices").hidden = false;
     put("spline-says", "");
     notify(HELP);
-    this.view.showBeside(this.shown);
-    // Points are put on the piece, not on what they make of it.
+    this.view.showExtra(this.shown);
+    // Points are put on the piece, not on the previewed result.
     this.view.solid.beginStroke();
     this.draw();
   }
@@ -194,16 +195,16 @@ export class Splines {
     element("spline-choices").hidden = true;
     if (element("notice").textContent === HELP) notify("");
     this.clear();
-    this.view.hideBeside(this.shown);
+    this.view.hideExtra(this.shown);
     this.view.solid.endStroke();
     this.view.cameras.controls.enabled = true;
   }
 
-  /** The last one that was applied is changed; the piece is meanwhile as it was before it. */
+  /** Edits the last applied spline. Meanwhile the piece is shown as before that step. */
   private async edit(): Promise<void> {
     if (!this.holds()) return;
     const answer = await request("/spline").catch(() => null);
-    if (!answer?.ok) return notify(answer ? await answer.text() : "The studio does not answer.");
+    if (!answer?.ok) return notify(answer ? await answer.text() : t("no_answer"));
     const { step, parent, head, action } = (await answer.json()) as {
       step: number;
       parent: number;
@@ -233,7 +234,7 @@ export class Splines {
   private get kind(): Kind {
     return select("spline-kind").value as Kind;
   }
-  /** null: there are too few points. */
+  /** The action. Null if there are too few points. */
   private action(): Action | null {
     const closed = input("spline-closed").checked,
       { kind } = this,
@@ -249,9 +250,9 @@ export class Splines {
     };
     if (kind === "sweep") spline.radius_mm = size;
     if (kind === "extrude") {
-      const way = this.profile!.normal.clone();
-      if (operation !== "deposit") way.negate();
-      spline.direction = way.toArray();
+      const direction = this.profile!.normal.clone();
+      if (operation !== "deposit") direction.negate();
+      spline.direction = direction.toArray();
       spline.length_mm = size;
     }
     if (kind === "revolve") {
@@ -267,9 +268,11 @@ export class Splines {
     };
   }
 
-  /** A profile that is pushed lies in one plane, which faces whoever began it. */
+  /**
+   * Projects an extruded profile into one plane. The plane faced the viewer when the profile began.
+   */
   private flatten(): void {
-    put("spline-size-name", this.kind === "extrude" ? "Length" : "Radius");
+    put("spline-size-name", t(this.kind === "extrude" ? "length" : "radius"));
     element("spline-size-label").hidden = this.kind === "revolve";
     if (this.kind !== "extrude" || this.points.length === 0) {
       if (this.kind !== "extrude") this.profile = null;
@@ -290,10 +293,10 @@ export class Splines {
     this.preview();
   }
   private preview(): void {
-    this.again = this.asked;
-    if (this.asked || this.waits || !this.active) return;
+    this.again = this.requested;
+    if (this.requested || this.waits || !this.active) return;
     const action = this.action();
-    this.asked = true;
+    this.requested = true;
     this.send(write.PreviewAction({ action: action ? JSON.stringify(action) : "" }));
   }
 
@@ -318,11 +321,10 @@ export class Splines {
       const hit = this.view.hit(x, y)?.point;
       if (!hit && !event.shiftKey) return; // the view turns
       event.stopImmediatePropagation();
-      if (this.points.length >= MOST_POINTS)
-        return notify(`A spline has at most ${MOST_POINTS} points.`);
-      const beside =
+      if (this.points.length >= MAX_POINTS) return notify(t("spline_max", { max: MAX_POINTS }));
+      const nearby =
         this.points.at(-1) ?? this.view.solid.boxOf(this.body()).getCenter(new THREE.Vector3());
-      const plane = this.profile ?? (hit ? null : this.facing(beside));
+      const plane = this.profile ?? (hit ? null : this.facing(nearby));
       const place = plane
         ? this.view.cameras.rayAt(x, y).intersectPlane(plane, new THREE.Vector3())
         : hit!.clone();
@@ -369,7 +371,7 @@ export class Splines {
     this.draw();
   }
 
-  // ---- How it looks
+  // ---- Drawing
 
   private clear(): void {
     for (const child of this.shown.children as (THREE.Points | THREE.Line)[]) {

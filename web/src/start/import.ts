@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A file becomes a stock: the studio says what it seems to be, a dialog shows it as it will stand,
-// and what is chosen there is made. The file waits at the studio meanwhile; Cancel drops it.
+// The dialog that turns a file into a stock. The studio analyses the file, and the dialog shows the
+// result and its options. The file waits at the studio until the user confirms or cancels.
+import { t } from "../base/texts";
 import * as THREE from "three";
 import { request } from "../connection/access";
 import { dialog, element, input, put, select } from "../base/dom";
@@ -19,9 +20,9 @@ import type { Vec3 } from "../base/vec3";
 interface Mesh {
   kind: "mesh";
   triangles: number;
-  size_mm: Vec3; // as it was read
+  size_mm: Vec3; // as in the file
   area_mm2: number;
-  unit_mm: number; // of the file, as it was read
+  unit_mm: number; // of the file's numbers
   unit: string;
   unit_why: string;
   longest_mm: number;
@@ -33,7 +34,7 @@ interface Mesh {
 interface Relief {
   kind: "relief";
   width: number;
-  height: number; // of the picture
+  height: number; // height of the picture
 }
 interface Volume {
   kind: "volume";
@@ -44,13 +45,13 @@ interface Volume {
 type Brought = (Mesh | Relief | Volume) & { import: string; ray_bytes: number; free_bytes: number };
 
 const UNITS: [string, string, number][] = [
-  ["mm", "millimetres", 1],
-  ["cm", "centimetres", 10],
-  ["in", "inches", 25.4],
-  ["m", "metres", 1000],
+  ["mm", t("millimetres"), 1],
+  ["cm", t("centimetres"), 10],
+  ["in", t("inches"), 25.4],
+  ["m", t("metres"), 1000],
 ];
 const UPS = ["x", "-x", "y", "-y", "z", "-z"];
-const ROOM = 1.2; // the lattice is longer than the piece by a tenth on each side
+const ROOM = 1.2; // the lattice extends a tenth beyond the piece on each side
 
 const along = (name: string): Vec3 => {
   const v: Vec3 = [0, 0, 0];
@@ -66,7 +67,7 @@ const cross = (a: Vec3, b: Vec3): Vec3 => [
 const less = (v: Vec3): Vec3 => v.map((x) => (x === 0 ? 0 : -x)) as Vec3;
 /** As in kibori/geometry/orientation.h. */
 const usualFront = (up: string): string => (up.endsWith("y") ? "z" : "-y");
-/** The rows of the rotation from the file's axes to those of the piece. */
+/** The rows of the rotation from the file's axes to the piece's axes. */
 const rows = (up: string, front: string): [Vec3, Vec3, Vec3] => [
   cross(along(up), along(front)),
   less(along(front)),
@@ -76,27 +77,28 @@ const rows = (up: string, front: string): [Vec3, Vec3, Vec3] => [
 const short = (x: number): string => String(Number(x.toPrecision(x >= 100 ? 4 : 3)));
 const rounded = new Intl.NumberFormat("en", { maximumSignificantDigits: 2 });
 const many = (x: number): string =>
-  x >= 1e6 ? `${(x / 1e6).toPrecision(2)} million` : rounded.format(x).replace(",", " ");
+  x >= 1e6 ? t("million", { n: (x / 1e6).toPrecision(2) }) : rounded.format(x).replace(",", " ");
 
 export class Importer {
-  private page = ""; // what the studio calls this page
+  private page = ""; // the studio's name for this page
   private materials: Material[] = [];
   private view: ImportView | null = null;
-  private turns = 0; // files that were brought
-  private reading: Promise<void> = Promise.resolve(); // the studio reads one at a time
+  private turns = 0; // counts uploads
+  private reading: Promise<void> = Promise.resolve(); // the studio reads one file at a time
   private brought: Brought | null = null;
   private shape: THREE.BufferGeometry | null = null;
   private picture: Picture | null = null;
   private up = "z";
   private front = "-y";
   private longest = 80; // [mm], not rounded
-  private within = 0; // the longest side of the piece [mm] that it becomes a body in; 0: none is open
+  // The longest side [mm] of the piece that receives the body; 0: no document is open.
+  private within = 0;
 
   constructor() {
     const box = dialog("importing");
     select("import-up").replaceChildren(...UPS.map((name) => new Option(name.toUpperCase(), name)));
     box.querySelector<HTMLButtonElement>("button[value=no]")!.onclick = () => box.close("no");
-    // The event comes a little after the closing, by when the dialog may have been opened again.
+    // The event comes a little after closing. The dialog may have been opened again by then.
     box.onclose = () => !box.open && box.returnValue !== "yes" && this.drop();
     box.querySelector("form")!.onsubmit = (event) => {
       event.preventDefault();
@@ -121,15 +123,14 @@ export class Importer {
     select("import-detail").onchange = () => this.showDetail();
   }
 
-  /** The studio can be brought files; what it calls this page, and the woods there are. */
+  /** Enables imports. `page` is the studio's name for this page. */
   offer(page: string, materials: Material[]): void {
-    if (page !== this.page && this.leave())
-      notify("The connection was lost, and with it the file; choose it again.");
+    if (page !== this.page && this.leave()) notify(t("file_lost"));
     this.page = page;
     this.materials = materials;
   }
 
-  /** Something else is shown. Whether a file waited. */
+  /** Closes the dialog. Returns whether a file was waiting. */
   leave(): boolean {
     const waited = dialog("importing").open;
     this.turns++;
@@ -139,13 +140,13 @@ export class Importer {
   }
 
   /**
-   * The file that was chosen last is asked about; one that is still being read is forgotten when
-   * that is done. `within`: the longest side of the piece [mm] that it becomes a body in; 0: it is a
+   * Uploads a file and opens the dialog. A newer file replaces one that is still being read.
+   * `within` is the longest side [mm] of the piece that receives the body. 0: the file becomes a
    * document.
    */
   bring(file: File, within = 0): Promise<void> {
     const turn = ++this.turns,
-      bringing = `Reading ${file.name} …`;
+      bringing = t("reading_file", { file: file.name });
     this.within = within;
     notify(bringing);
     this.reading = this.reading.then(() => this.read(file, turn, bringing));
@@ -161,7 +162,7 @@ export class Importer {
       });
       if (turn !== this.turns) return;
       clearNotice(bringing);
-      if (answer.status === 202) return; // a document, which is opened
+      if (answer.status === 202) return; // the file was a document, and it is opened
       if (!answer.ok) {
         const why = await answer.text();
         return why ? notify(why) : undefined;
@@ -172,8 +173,7 @@ export class Importer {
       const data = await look.arrayBuffer();
       if (turn === this.turns) this.ask(brought, data, file.name);
     } catch {
-      if (turn === this.turns)
-        notify(`${file.name} did not arrive; is 'kibori studio' still running?`);
+      if (turn === this.turns) notify(t("file_missing", { file: file.name }));
     }
   }
 
@@ -185,7 +185,7 @@ export class Importer {
     this.brought = brought;
     this.shape?.dispose();
     this.shape = this.picture = null;
-    put("import-title", `Import ${name}`);
+    put("import-title", t("import_file", { file: name }));
     input("import-name").value = name.replace(/\.[^.]*$/, "");
     for (const part of dialog("importing").querySelectorAll<HTMLElement>("[data-of], [data-for]")) {
       const { of, for: use } = part.dataset;
@@ -193,24 +193,25 @@ export class Importer {
         (of !== undefined && !of.split(" ").includes(brought.kind)) ||
         (use !== undefined && (use === "body") !== this.within > 0);
       if (of === undefined) continue;
-      for (const field of part.querySelectorAll("input")) field.disabled = part.hidden; // what is not shown need not be filled in
+      // Hidden fields need no valid value.
+      for (const field of part.querySelectorAll("input")) field.disabled = part.hidden;
     }
     const wood = select("import-wood");
     wood.replaceChildren(...this.materials.map((m, i) => new Option(m.name, String(i))));
-    this.trouble("");
+    this.showError("");
     if (brought.kind === "mesh") {
       this.shape = meshShape(data);
       const units = UNITS.map(
         ([unit, text, mm]) => new Option(`${text} (${short(this.inUnit(mm))} mm)`, unit),
       );
-      select("import-unit").replaceChildren(...units, new Option("none: a size is chosen", "fit"));
+      select("import-unit").replaceChildren(...units, new Option(t("no_unit"), "fit"));
       select("import-unit").value = brought.unit;
       this.longest = brought.longest_mm;
       put("import-unit-why", brought.unit_why);
       if (this.within > 0 && this.longest > this.within) {
         this.longest = 0.9 * this.within;
         select("import-unit").value = "fit";
-        put("import-unit-why", "Made smaller, so that it fits into the piece.");
+        put("import-unit-why", t("made_smaller"));
       }
       put("import-up-why", brought.up_why);
       [this.up, this.front] = [brought.up, brought.front];
@@ -230,7 +231,7 @@ export class Importer {
     this.show(true);
     this.showWood();
   }
-  /** Which material each label is of. */
+  /** Asks for the material of each label. */
   private askLabels(volume: Volume): void {
     element("import-labels").replaceChildren(
       ...volume.labels.map(({ label, name, volume_mm3, material }) => {
@@ -255,7 +256,7 @@ export class Importer {
     this.view ??= new ImportView(element<HTMLCanvasElement>("import-view"));
   }
 
-  /** The longest side [mm], if the file's numbers are so many mm each. */
+  /** The longest side [mm] if the file's unit is `mm` millimetres. */
   private inUnit(mm: number): number {
     const { size_mm, unit_mm } = this.brought as Mesh;
     return (Math.max(...size_mm) / unit_mm) * mm;
@@ -289,7 +290,7 @@ export class Importer {
     this.turnTo(named(turned[2]), named(less(turned[1])));
   }
 
-  /** As it will be [mm]. */
+  /** The resulting size [mm]. */
   private size(): Vec3 {
     const brought = this.brought!;
     if (brought.kind === "mesh") {
@@ -310,7 +311,7 @@ export class Importer {
   private show(again = false): void {
     if (!this.brought || !this.view) return;
     const size = this.size();
-    if (!size.every((x) => x > 0 && x < Infinity)) return; // a number is being written
+    if (!size.every((x) => x > 0 && x < Infinity)) return; // the user is still typing a number
     let apart: number;
     if (this.picture) {
       const shape = reliefShape(
@@ -347,7 +348,10 @@ export class Importer {
         again,
       );
     }
-    put("import-size", `${size.map(short).join(" × ")} mm; lines ${short(apart)} mm apart`);
+    put(
+      "import-size",
+      t("import_size", { size: size.map(short).join(" × "), apart: short(apart) }),
+    );
     this.showDetail();
   }
 
@@ -357,7 +361,7 @@ export class Importer {
     if (woods.every(Boolean)) this.view?.setWoods(woods);
   }
 
-  /** What the chosen detail comes to: an estimate. */
+  /** Estimates the rays, triangles and memory of the chosen detail. */
   private showDetail(): void {
     if (!this.brought) return;
     const size = this.size(),
@@ -371,32 +375,34 @@ export class Importer {
         : 2 * (size[0] * size[1] + size[1] * size[2] + size[2] * size[0]);
     const bytes = rays * brought.ray_bytes;
     const tight =
-      brought.free_bytes > 0 && bytes > brought.free_bytes
-        ? " More than there is free: choose less."
-        : "";
-    // A surface crosses 1.5 edges of the lattice for each square of the pitch, as a mean over its
-    // directions, and each becomes two triangles.
+      brought.free_bytes > 0 && bytes > brought.free_bytes ? ` ${t("import_memory")}` : "";
+    // On average over all directions, a surface crosses 1.5 lattice edges per square of the pitch.
+    // Each crossing becomes two triangles.
     put(
       "import-detail-out",
-      `${short(pitch)} mm a ray, about ${many(rays)} rays and ${many((3 * area) / pitch ** 2)} triangles, up to ${Math.ceil(bytes / 1e6)} MB.${tight}`,
+      t("import_detail", {
+        pitch: short(pitch),
+        rays: many(rays),
+        triangles: many((3 * area) / pitch ** 2),
+        mb: Math.ceil(bytes / 1e6),
+      }) + tight,
     );
     const notes =
       brought.kind === "mesh"
-        ? [
-            ...(brought.repairs.length
-              ? brought.repairs
-              : ["It is closed and sound: nothing is repaired."]),
-          ]
+        ? [...(brought.repairs.length ? brought.repairs : [t("import_sound")])]
         : [];
-    if (this.within > 0)
-      notes.push("It comes into the middle of the piece; move and turn it there.");
+    if (this.within > 0) notes.push(t("import_place"));
     else
       notes.push(
         brought.kind === "mesh"
-          ? `Left out: colours, and what is thinner than ${short(pitch)} mm.`
+          ? t("import_left_out", { pitch: short(pitch) })
           : brought.kind === "volume"
-            ? `Steps of voxels are smoothed away; no face moves by more than half a voxel. What is thinner than ${short(pitch)} mm is left out.`
-            : `${brought.width} × ${brought.height} pixels; what is finer than ${short(pitch)} mm is averaged.`,
+            ? t("import_voxels", { pitch: short(pitch) })
+            : t("import_pixels", {
+                width: brought.width,
+                height: brought.height,
+                pitch: short(pitch),
+              }),
       );
     element("import-notes").replaceChildren(
       ...notes.map((text) => {
@@ -407,7 +413,7 @@ export class Importer {
     );
   }
 
-  private trouble(text: string): void {
+  private showError(text: string): void {
     put("import-trouble", text);
     element("import-trouble").hidden = text === "";
   }
@@ -438,12 +444,11 @@ export class Importer {
       const answer = await request(this.address("make", about), { method: "POST" });
       if (turn !== this.turns || answer.ok) return;
       if (answer.status === 404) return notify(await answer.text());
-      // Something can be chosen otherwise; where it was cancelled there is nothing to say.
-      this.trouble(await answer.text());
+      // The user can change the options and try again. A cancelled import needs no message.
+      this.showError(await answer.text());
       this.reopen();
     } catch {
-      if (turn === this.turns)
-        notify("The studio does not answer; is 'kibori studio' still running?");
+      if (turn === this.turns) notify(t("no_answer"));
     }
   }
 
@@ -452,8 +457,7 @@ export class Importer {
     this.brought = null;
     if (!brought) return;
     const address = this.address("import", { import: brought.import });
-    // Before the next file comes, which takes its place. Where the studio has ended, the file is
-    // gone with it.
+    // Drop the file before the next one replaces it. If the studio has ended, the file is gone too.
     this.reading = this.reading
       .then(() => request(address, { method: "DELETE" }))
       .then(

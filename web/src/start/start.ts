@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What to begin with: a new piece, a file, or a document that is there.
+// The start page: a new piece, a file, an example or an existing document.
 import { element, input } from "../base/dom";
 import { request } from "../connection/access";
 import { Importer } from "./import";
@@ -21,7 +21,7 @@ export interface Example {
 const value = (id: string): string => input(id).value;
 
 export class Start {
-  /** Of files that become documents, or bodies of one. */
+  /** Imports files as documents, or as bodies of the open document. */
   readonly importer: Importer;
 
   constructor(private send: (message: Uint8Array) => void) {
@@ -35,7 +35,7 @@ export class Start {
     file.onchange = () => {
       const chosen = file.files?.[0];
       if (chosen) void this.importer.bring(chosen);
-      file.value = ""; // so that the same one can be chosen again
+      file.value = ""; // so that the same file can be chosen again
     };
     const box = element("start");
     box.addEventListener("dragover", (event) => event.preventDefault());
@@ -46,7 +46,7 @@ export class Start {
     });
   }
 
-  /** Gives the examples there are. */
+  /** Shows the start page with the studio's lists. Returns the examples. */
   show(json: string): Example[] {
     const { documents, materials, examples, page } = JSON.parse(json) as {
       documents: Listed[];
@@ -62,7 +62,7 @@ export class Start {
     element("example-list").replaceChildren(...examples.map((e) => this.example(e)));
     element("recent").hidden = documents.length === 0;
     element("documents").replaceChildren(...documents.map((d) => this.row(d)));
-    // Told again (the lists change), it leaves the focus to whoever is typing.
+    // If the page is already shown, only the lists change. Keep the focus where the user types.
     const opens = element("start").hidden;
     element("start").hidden = false;
     if (opens || document.activeElement === document.body) element("go").focus();

@@ -1,130 +1,146 @@
 // SPDX-License-Identifier: MIT
-// The brushes a person can pick up instead of a tool: a row for each mode that reshapes by a brush.
+// The brushes that replace the tool: one row for each mode that reshapes by a brush.
+import { t } from "../base/texts";
 import type { Mode } from "../connection/kinds";
 
 interface Row {
   name: string;
-  /** What it does, and what it feels like. */
+  /** What the brush does, and how it acts on the hand. */
   about: string;
-  /** The inside of an SVG of 24 by 24. */
+  /** The content of an SVG of 24 by 24. */
   icon: string;
-  /** How strong it is until a person says otherwise, 0 to 1. */
+  /** The default strength, 0 to 1. */
   strength: number;
   /**
-   * drags: the surface under the press follows the pointer, in the plane across the view; turns: it
-   * is turned as the pointer goes to the right. The others lie along the pointer's way.
+   * `drags`: the surface under the press follows the pointer in the plane across the view. `turns`:
+   * the surface turns as the pointer moves to the right. The other brushes act along the pointer's
+   * path.
    */
-  goes?: "drags" | "turns";
-  /** Whether it can keep the volume. */
+  follows?: "drags" | "turns";
+  /** Whether the brush can keep the volume. */
   keeps?: boolean;
-  /** The key that picks it up. */
+  /** The default key. */
   key: string;
 }
 
 export const BRUSHES: Partial<Record<Mode, Row>> = {
   smooth: {
-    name: "Smooth",
-    about: "Takes peaks and fills hollows",
+    name: t("brush_smooth"),
+    about: t("brush_smooth_about"),
     icon: '<path d="M2 15c4-9 6-9 10-4s6 4 10-2M3 20h18" />',
     strength: 0.5,
     keeps: true,
     key: "s",
   },
   rasp: {
-    name: "Rasp",
-    about: "Takes peaks, leaves hollows",
+    name: t("brush_rasp"),
+    about: t("brush_rasp_about"),
     icon: '<path d="M2 17h20M4 13l3-5 3 5M10 13l3-5 3 5M16 13l3-5 2 5" />',
     strength: 0.5,
     key: "r",
   },
   fill: {
-    name: "Fill",
-    about: "Fills hollows, leaves peaks",
+    name: t("brush_fill"),
+    about: t("brush_fill_about"),
     icon: '<path d="M2 8h5c0 12 10 12 10 0h5M8 9h8M9 13h6" />',
     strength: 0.5,
     key: "v",
   },
   inflate: {
-    name: "Inflate",
-    about: "Raises the surface; with a strength below 0 sinks it",
+    name: t("brush_inflate"),
+    about: t("brush_inflate_about"),
     icon: '<path d="M2 19h5c0-9 10-9 10 0h5M12 9V3M9 6l3-3 3 3" />',
     strength: 0.5,
     key: "i",
   },
   flatten: {
-    name: "Flatten",
-    about: "Planes down to the plane where the stroke begins, or to the one that is set (P)",
+    name: t("brush_flatten"),
+    about: t("brush_flatten_about"),
     icon: '<path d="M2 12h20M5 12l2-5M12 12V5M19 12l-2-5M4 19h16" />',
     strength: 0.5,
     key: "w",
   },
+  trim: {
+    name: "Trim",
+    about: "Planes off what stands above the level under the brush",
+    icon: '<path d="M2 14h20M5 14c2-6 4-6 6 0M13 14c2-8 4-8 6 0M3 10l4-4M17 4l3 3" />',
+    strength: 0.7,
+    key: "l",
+  },
+  build: {
+    name: "Build up",
+    about: "Lays flat strips of material, as with clay",
+    icon: '<path d="M2 18h20M5 18v-4h14v4M8 14v-4h8v4M12 8V3M9 5h6" />',
+    strength: 0.6,
+    key: "b",
+  },
   crease: {
-    name: "Crease",
-    about: "Draws a sharp valley",
+    name: t("brush_crease"),
+    about: t("brush_crease_about"),
     icon: '<path d="M2 8c6 0 8 2 10 10 2-8 4-10 10-10" />',
     strength: 0.5,
     key: "c",
   },
   grab: {
-    name: "Grab",
-    about: "Pulls the surface along, as far as you like",
+    name: t("brush_grab"),
+    about: t("brush_grab_about"),
     icon: '<path d="M2 19h4c4 0 4-13 6-13s2 13 6 13h4M12 2v4" />',
     strength: 1,
-    goes: "drags",
+    follows: "drags",
     keeps: true,
     key: "g",
   },
   nudge: {
-    name: "Nudge",
-    about: "Pushes the surface along itself",
+    name: t("brush_nudge"),
+    about: t("brush_nudge_about"),
     icon: '<path d="M2 16c5 0 5-6 9-6s3 6 11 6M13 5h8M18 2l3 3-3 3" />',
     strength: 1,
-    goes: "drags",
+    follows: "drags",
     key: "n",
   },
   twist: {
-    name: "Twist",
-    about: "Turns the surface about its normal: drag to the right or left",
+    name: t("brush_twist"),
+    about: t("brush_twist_about"),
     icon: '<path d="M20 12a8 8 0 1 1-3-6M17 2v4h-4M12 9v6" />',
     strength: 1,
-    goes: "turns",
+    follows: "turns",
     key: "o",
   },
   bend: {
-    name: "Bend",
-    about: "Leans over what stands there",
+    name: t("brush_bend"),
+    about: t("brush_bend_about"),
     icon: '<path d="M8 21c0-9 2-14 11-16M13 3l6 2-3 5" />',
     strength: 1,
-    goes: "drags",
+    follows: "drags",
     key: "d",
   },
   pinch: {
-    name: "Pinch",
-    about: "Draws the surface together",
+    name: t("brush_pinch"),
+    about: t("brush_pinch_about"),
     icon: '<path d="M2 12h7M6 9l3 3-3 3M22 12h-7M18 9l-3 3 3 3M12 4v16" />',
     strength: 1,
-    goes: "drags",
+    follows: "drags",
     key: "j",
   },
   scale: {
-    name: "Scale",
-    about: "Larger as you drag away from the wood, smaller into it",
+    name: t("brush_scale"),
+    about: t("brush_scale_about"),
     icon: '<path d="M4 14v6h6M4 20l7-7M20 10V4h-6M20 4l-7 7" />',
     strength: 1,
-    goes: "drags",
+    follows: "drags",
     key: "q",
   },
   node: {
-    name: "Node",
-    about: "Moves one point of the surface: a pyramid",
+    name: t("brush_node"),
+    about: t("brush_node_about"),
     icon: '<path d="M2 19h4l6-13 6 13h4M12 6v13" /><circle cx="12" cy="4" r="2" />',
     strength: 1,
-    goes: "drags",
+    follows: "drags",
     key: "y",
   },
   paint: {
-    name: "Paint",
-    about: "Colours the surface",
+    name: t("brush_paint"),
+    about: t("brush_paint_about"),
     icon: '<path d="M14 3l7 7-7 5-5-5zM9 10c-5 1-3 7-7 9 6 2 11 0 12-4" />',
     strength: 1,
     key: "a",
@@ -132,24 +148,33 @@ export const BRUSHES: Partial<Record<Mode, Row>> = {
 };
 export const BRUSH_MODES = Object.keys(BRUSHES) as Mode[];
 
-/** Colours to paint with: earths and pigments of the workshop. */
+/** What a mode does while the key for the opposite is down. Most brushes follow the drag. */
+const INVERSES: Partial<Record<Mode, Mode>> = {
+  cut: "deposit",
+  deposit: "cut",
+  rasp: "fill",
+  fill: "rasp",
+};
+export const inverseOf = (mode: Mode): Mode => INVERSES[mode] ?? mode;
+
+/** Colours to paint with: common pigments. */
 export const PALETTE = [
-  ["#b23a30", "Vermilion"],
-  ["#c47a1e", "Ochre"],
-  ["#e3c34a", "Yellow"],
-  ["#4f7a3a", "Green"],
-  ["#2f6f9f", "Blue"],
-  ["#6b4a8a", "Violet"],
-  ["#4a2f20", "Umber"],
-  ["#efe9dc", "White"],
-  ["#22201f", "Black"],
+  ["#b23a30", t("pigment_vermilion")],
+  ["#c47a1e", t("pigment_ochre")],
+  ["#e3c34a", t("pigment_yellow")],
+  ["#4f7a3a", t("pigment_green")],
+  ["#2f6f9f", t("pigment_blue")],
+  ["#6b4a8a", t("pigment_violet")],
+  ["#4a2f20", t("pigment_umber")],
+  ["#efe9dc", t("pigment_white")],
+  ["#22201f", t("pigment_black")],
 ] as const;
 
-/** A button for each. */
+/** One button per brush. */
 export const brushButtons = (): string =>
   BRUSH_MODES.map((mode) => {
     const { name, about, icon, key } = BRUSHES[mode]!;
-    return `<label title="${name}: ${about} (${key.toUpperCase()})"><input type="radio" name="mode" value="${mode}" aria-label="${name}" /><svg viewBox="0 0 24 24" aria-hidden="true">${icon}</svg></label>`;
+    return `<label title="${name}: ${about} (${key.toUpperCase()})"><input type="radio" name="brush" value="${mode}" aria-label="${name}" /><svg viewBox="0 0 24 24" aria-hidden="true">${icon}</svg><span aria-hidden="true">${name}</span></label>`;
   }).join("");
 export function fillPalette(palette: HTMLElement): void {
   palette.replaceChildren(

@@ -1,24 +1,25 @@
 // SPDX-License-Identifier: MIT
-// The stamp that is held: letters, a picture or a mesh. The studio makes it and tells its triangles.
+// The stamp: letters, a picture or a mesh. The studio makes it and sends its triangles.
+import { t } from "../base/texts";
 import { element, input, put, select } from "../base/dom";
 import { notify } from "../base/notice";
 import { write } from "../connection/messages";
 import { setStamp } from "./tools";
 
-/** Letters and pictures are asked for when nothing was typed or slid for so long [ms]. */
+/** Letters and pictures are requested after this time without input [ms]. */
 const STILL_MS = 250;
-/** What a file may have, as a message may [bytes]. */
-const MOST_BYTES = 1_000_000;
+/** Max file size. It equals the limit of a message [bytes]. */
+const MAX_BYTES = 1_000_000;
 const ENDINGS = ["", ".png", ".stl,.ply,.obj,.off,.3mf,.glb"];
 
-/** How large it is [mm]: how high or wide; how deep it goes; and how long letters are. */
+/** Size [mm]: height or width, pressing depth, and length of letters. */
 interface Held {
   size: number;
   depth: number;
   length: number;
 }
 
-/** As large as a stamp may be [mm]. */
+/** Limits a stamp's size [mm]. */
 const within = (mm: number): number => Math.min(1000, Math.max(0.1, mm));
 
 export class Stamp {
@@ -26,11 +27,11 @@ export class Stamp {
   private held: Held = { size: 0, depth: 0, length: 0 };
   private sent = "";
   private timer = 0;
-  private asked = false;
+  private requested = false;
 
   constructor(
     private send: (message: Uint8Array) => void,
-    /** Another distance from one place to the next. */
+    /** Called when the spacing changes. */
     private changed: () => void,
   ) {
     select("stamp-what").addEventListener("change", () => {
@@ -49,7 +50,7 @@ export class Stamp {
     this.show();
   }
 
-  /** How far it is from one place to the next [mm]; 0: it is pressed in once. */
+  /** Spacing of the stamp along a stroke [mm]. 0: it is pressed in once. */
   get every(): number {
     return Number(input("every").value);
   }
@@ -57,12 +58,12 @@ export class Stamp {
     return Number(select("stamp-what").value);
   }
 
-  /** What a size [mm] means. */
+  /** The meaning of a size [mm] as text. */
   sizeOf(size: number): string {
-    return `${size.toFixed(1)} mm ${this.what === 0 ? "high" : "wide"}`;
+    return t(this.what === 0 ? "stamp_high" : "stamp_wide", { size: size.toFixed(1) });
   }
 
-  /** Another document, or another page held the tool: what was sent is not known any more. */
+  /** Forgets what was sent, for another document or after another page held the tool. */
   begin(): void {
     this.sent = "";
   }
@@ -70,28 +71,28 @@ export class Stamp {
   choose(held: Held): void {
     this.held = held;
     this.show();
-    if (!this.asked) this.send(write.AskFonts());
-    this.asked = true;
-    // One that was not held before, at once: who picked it up may press already.
+    if (!this.requested) this.send(write.AskFonts());
+    this.requested = true;
+    // A newly held stamp is sent at once, because the user may press immediately.
     if (this.sent === "") this.order();
     else this.soon();
   }
-  /** Another tool is held. */
+  /** The user holds another tool. */
   leave(): void {
     clearTimeout(this.timer);
     this.sent = "";
   }
 
-  /** The fonts that are installed where the studio runs. */
+  /** Shows the fonts that are installed on the studio's machine. */
   showFonts(json: string): void {
     const fonts = JSON.parse(json) as string[],
       held = select("stamp-font").value;
     select("stamp-font").replaceChildren(...fonts.map((name) => new Option(name, name)));
     select("stamp-font").value = fonts.includes(held) ? held : (fonts[0] ?? "");
   }
-  /** How many the studio has made, for tests. */
+  /** How many stamps the studio has made. For tests. */
   made = 0;
-  /** Its triangles. */
+  /** Shows the stamp's triangles. */
   showShape(vertices: Uint8Array, triangles: Uint8Array): void {
     this.made++;
     setStamp(new Float32Array(vertices.slice().buffer), new Uint32Array(triangles.slice().buffer));
@@ -103,13 +104,13 @@ export class Stamp {
     element("stamp-files").hidden = what === 0;
     element("stamp-darks").hidden = what !== 1;
     input("stamp-file").accept = ENDINGS[what];
-    put("every-out", every > 0 ? `${every.toFixed(0)} mm` : "0 mm, once");
+    put("every-out", every > 0 ? `${every.toFixed(0)} mm` : t("stamp_once"));
   }
   private async take(): Promise<void> {
     const file = input("stamp-file").files?.[0];
     if (!file) return;
-    if (file.size > MOST_BYTES) {
-      notify(`${file.name} has more than a megabyte; a stamp's file must be smaller.`);
+    if (file.size > MAX_BYTES) {
+      notify(t("stamp_too_large", { file: file.name }));
       return;
     }
     this.file = { name: file.name, data: new Uint8Array(await file.arrayBuffer()) };
@@ -139,7 +140,7 @@ export class Stamp {
         size: within(size),
         depth: within(depth),
         invert: dark,
-        name: file?.name.slice(-60) ?? "", // of which the ending matters
+        name: file?.name.slice(-60) ?? "", // only the extension matters
         data: what === 0 ? new Uint8Array() : file!.data,
       }),
     );

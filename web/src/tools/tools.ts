@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: MIT
-// The tools a person can pick up: a row for each shape, with what the page says of it, how it is
-// chosen and how it is drawn. A shape of the library without a row here does not compile.
+// The tools that a user can pick up. A row for each shape holds its texts, its options and how it
+// is drawn. A shape of the library without a row here does not compile.
+import { t } from "../base/texts";
 import * as THREE from "three";
 import { toCreasedNormals } from "three/examples/jsm/utils/BufferGeometryUtils.js";
 import type { Tool } from "../connection/kinds";
 import type { Vec3 } from "../base/vec3";
 
-/** A half-space is of scenes only. */
+/** Half-spaces exist only in scenes. */
 export type HeldTool = Exclude<Tool, { shape: "halfspace" }>;
 export type Shape = HeldTool["shape"];
 type Of<S extends Shape> = Extract<HeldTool, { shape: S }>;
 
-/** The one number, besides its radius, that a person chooses of a tool. */
+/** The one number of a tool that the user chooses in addition to the radius. */
 interface Form {
   name: string;
   unit: string;
@@ -21,43 +22,47 @@ interface Form {
 }
 interface Row<S extends Shape> {
   name: string;
-  /** The inside of an SVG of 24 by 24. */
+  /** The default key. */
+  key: string;
+  /** The content of an SVG of 24 by 24. */
   icon: string;
-  /** A motor turns it, unless that is switched off; a hand or a mallet drives the others. */
+  /**
+   * A motor turns the tool unless the user switches it off. A hand or a mallet drives other tools.
+   */
   powered: boolean;
-  /** A press drives it in, whatever the hand does. */
+  /** A press drives the tool in, independent of the hand. */
   pressed?: boolean;
   form?: Form;
-  /** Whether it matters how far it is turned about its axis. */
+  /** Whether the tool's rotation about its axis matters. */
   turns?: boolean;
-  /** Whether its edge is to lie across, or along, the way it goes. */
+  /** Whether the tool turns its edge across or along its path. */
   leads?: boolean;
   make(radius: number, form: number): Of<S>;
-  /** From the tip to the other end [mm]. */
+  /** The distance from the tip to the other end [mm]. */
   height(tool: Of<S>): number;
-  /** No higher than that, where its shape allows. */
+  /** The tool with at most this height, where its shape allows that. */
   shortened(tool: Of<S>, height: number): Of<S>;
-  /** What tells it from others of its shape. */
+  /** The text that distinguishes it from others of its shape. */
   size(tool: Of<S>): string;
-  /** Its surface, the tip at the origin, the body along z. */
+  /** Its surface. The tip is the origin, and the body extends along z. */
   surface(tool: Of<S>): THREE.BufferGeometry;
 }
 
-/** From a tool's tip to its other end [mm], where its size does not say. */
+/** Distances from the tip to the other end [mm], if the tool's size does not determine them. */
 const LENGTH = 25,
   FINGER_LENGTH = 20,
   BLADE = 1;
-/** A carver holds a blade so far back from upright [rad], and it is drawn so long [mm]. */
+/** How far a blade leans back from upright [rad], and its drawn length [mm]. */
 const LEAN = (50 * Math.PI) / 180,
   DRAWN = 45;
 const SEGMENTS = 40;
-/** Sharper than that, an edge is drawn as one [rad]. */
+/** Edges sharper than this angle are drawn sharp [rad]. */
 const CREASE = 0.5;
 
 const compact = (value: number): string => String(Number(value.toPrecision(3)));
 const byRadius = (tool: { radius: number }): string => `${compact(tool.radius)} mm`;
 const length = (tool: { length: number }): number => tool.length;
-/** What turns about its axis: radii and heights from the tip. */
+/** A surface of revolution from radii and heights above the tip. */
 const lathe = (...points: [number, number][]): THREE.BufferGeometry =>
   toCreasedNormals(
     new THREE.LatheGeometry(
@@ -71,7 +76,7 @@ const ball = (radii: Vec3): THREE.BufferGeometry =>
     .rotateX(Math.PI / 2)
     .scale(...radii)
     .translate(0, 0, radii[2]);
-/** A quarter circle of the profile, from its lowest point on. */
+/** A quarter circle of the profile, from its lowest point upwards. */
 const arc = (r: number, z: number, radius: number, upTo = Math.PI / 2): [number, number][] =>
   Array.from({ length: 9 }, (_, i) => {
     const a = (i * upTo) / 8;
@@ -93,9 +98,9 @@ function pointed({
 }
 
 /**
- * A blade as it is held, leaning back from its edge: `outline` is the edge, seen along the way, from
- * one side to the other [mm], `wall` the steel above it. What cuts is upright; where it works, the
- * two are the same.
+ * A blade as a carver holds it, leaning back from its edge. `outline` is the edge seen along the
+ * path, from one side to the other [mm]. `wall` is the steel above it. The cutting solid is
+ * upright. Both agree at the edge.
  */
 function leaning(outline: [number, number][], wall: number): THREE.BufferGeometry {
   const inner = [...outline].reverse().map(([y, z]): [number, number] => {
@@ -105,7 +110,7 @@ function leaning(outline: [number, number][], wall: number): THREE.BufferGeometr
   });
   const shape = new THREE.Shape([...outline, ...inner].map(([y, z]) => new THREE.Vector2(y, z)));
   const solid = new THREE.ExtrudeGeometry(shape, { depth: DRAWN, bevelEnabled: false });
-  // Its x, y and depth are across, up and back along the blade.
+  // Its x, y and depth become across, up and back along the blade.
   solid.applyMatrix4(
     new THREE.Matrix4().set(
       ...([0, 0, -Math.sin(LEAN), 0] as const),
@@ -116,7 +121,7 @@ function leaning(outline: [number, number][], wall: number): THREE.BufferGeometr
   );
   return toCreasedNormals(solid, CREASE);
 }
-/** As gouge_arc of kibori/solid/tools/gouge.h. */
+/** As gouge_arc in kibori/solid/tools/gouge.h. */
 function gougeArc(
   sweep: number,
   width: number,
@@ -130,7 +135,7 @@ function gougeArc(
   const r = radii[sweep - 2] * width;
   return { across: r, upright: r, depth: r - Math.sqrt(r * r - (width * width) / 4) };
 }
-/** How high the bevels of a skew chisel go; it is no shorter. */
+/** The height of a skew chisel's bevels. The chisel cannot be shorter. */
 function bevelsOf({ width, skew_deg, bevel_deg, thickness }: Of<"skew">): number {
   const skew = (skew_deg * Math.PI) / 180;
   return (
@@ -141,12 +146,12 @@ const bladed = <T extends { length: number }>(tool: T, height: number): T => ({
   ...tool,
   length: Math.min(tool.length, height),
 });
-/** Of head and neck so much, and no shank. */
+/** The tool with this height of head and neck, and without a shank. */
 function withoutShank<T extends { reach: number; length: number }>(tool: T, height: number): T {
   const reach = Math.min(tool.reach, height);
   return { ...tool, reach, length: reach };
 }
-/** Head, neck and shank, as turned. */
+/** Head, neck and shank as a surface of revolution. */
 const stemmed = (
   head: [number, number][],
   { neck, reach, shank, length }: { neck: number; reach: number; shank: number; length: number },
@@ -160,7 +165,7 @@ const stemmed = (
     [0, length],
   );
 
-/** The stamp that is held, as the studio made it. */
+/** The surface of the current stamp. */
 let stamp = new THREE.BufferGeometry();
 export function setStamp(vertices: Float32Array, triangles: Uint32Array): void {
   const solid = new THREE.BufferGeometry();
@@ -173,7 +178,8 @@ export function setStamp(vertices: Float32Array, triangles: Uint32Array): void {
 
 export const TOOLS: { [S in Shape]: Row<S> } = {
   ball: {
-    name: "Ball burr",
+    name: t("tool_ball"),
+    key: "Shift+o",
     icon: '<circle cx="12" cy="12" r="9" />',
     powered: true,
     make: (radius) => ({ shape: "ball", radius }),
@@ -183,10 +189,11 @@ export const TOOLS: { [S in Shape]: Row<S> } = {
     surface: ({ radius }) => ball([radius, radius, radius]),
   },
   finger: {
-    name: "Finger",
+    name: t("tool_finger"),
+    key: "Shift+r",
     icon: '<path d="M4 3h16Q12 41 4 3z" />',
     powered: false,
-    // As wide as a ball would be, a radius above its tip.
+    // As wide as a ball of this radius, at one radius above its tip.
     make: (radius) => ({ shape: "finger", ks: 1 / radius, length: FINGER_LENGTH }),
     height: length,
     shortened: (tool, height) => ({ ...tool, length: Math.min(tool.length, height) }),
@@ -197,7 +204,8 @@ export const TOOLS: { [S in Shape]: Row<S> } = {
     },
   },
   flat: {
-    name: "End mill",
+    name: t("tool_flat"),
+    key: "Shift+e",
     icon: '<path d="M6 2h12v19H6z" />',
     powered: true,
     make: (radius) => ({ shape: "flat", radius, length: LENGTH }),
@@ -207,10 +215,11 @@ export const TOOLS: { [S in Shape]: Row<S> } = {
     surface: ({ radius, length }) => lathe([0, 0], [radius, 0], [radius, length], [0, length]),
   },
   bull: {
-    name: "Bull nose",
+    name: t("tool_bull"),
+    key: "Shift+u",
     icon: '<path d="M6 2h12v14a5 5 0 0 1-5 5h-2a5 5 0 0 1-5-5z" />',
     powered: true,
-    form: { name: "Corner", unit: "mm", min: 0.1, max: 12, value: 1.5 },
+    form: { name: t("form_corner"), unit: "mm", min: 0.1, max: 12, value: 1.5 },
     make: (radius, corner) => ({
       shape: "bull",
       radius,
@@ -227,10 +236,11 @@ export const TOOLS: { [S in Shape]: Row<S> } = {
       lathe([0, 0], ...arc(radius - corner, corner, corner), [radius, length], [0, length]),
   },
   cone: {
-    name: "V cutter",
+    name: t("tool_cone"),
+    key: "Shift+i",
     icon: '<path d="M6 2h12v8l-6 11-6-11z" />',
     powered: true,
-    form: { name: "Angle", unit: "°", min: 20, max: 150, value: 90 },
+    form: { name: t("form_angle"), unit: "°", min: 20, max: 150, value: 90 },
     make: (radius, angle_deg) => ({ shape: "cone", angle_deg, radius, length: LENGTH }),
     height: length,
     shortened: (tool, height) => ({ ...tool, length: Math.min(tool.length, height) }),
@@ -238,11 +248,12 @@ export const TOOLS: { [S in Shape]: Row<S> } = {
     surface: pointed,
   },
   tapered: {
-    name: "Tapered ball nose",
+    name: t("tool_tapered"),
+    key: "Shift+a",
     icon: '<path d="M7 2h10v6l-2.8 12a2.3 2.3 0 0 1-4.4 0L7 8zM7 8h10" />',
     powered: true,
-    form: { name: "Taper", unit: "°", min: 5, max: 120, value: 20 },
-    // A ball of a third of its shank, as such cutters are sold.
+    form: { name: t("form_taper"), unit: "°", min: 5, max: 120, value: 20 },
+    // The ball has a third of the shank's radius, as on common cutters.
     make: (radius, angle_deg) => ({
       shape: "tapered",
       ball: radius / 3,
@@ -270,7 +281,8 @@ export const TOOLS: { [S in Shape]: Row<S> } = {
     },
   },
   capsule: {
-    name: "Capsule",
+    name: t("tool_capsule"),
+    key: "Shift+y",
     icon: '<rect x="7" y="2" width="10" height="20" rx="5" />',
     powered: false,
     make: (radius) => ({ shape: "capsule", radius, length: LENGTH + 2 * radius }),
@@ -286,11 +298,12 @@ export const TOOLS: { [S in Shape]: Row<S> } = {
         .translate(0, 0, length / 2),
   },
   box: {
-    name: "Box",
+    name: t("tool_box"),
+    key: "Shift+x",
     icon: '<path d="M4 7l6-4h10v13l-6 5H4zM4 7h10v14M14 7l6-4" />',
     powered: false,
     turns: true,
-    form: { name: "Breadth", unit: "mm", min: 0.5, max: 24, value: 4 },
+    form: { name: t("form_breadth"), unit: "mm", min: 0.5, max: 24, value: 4 },
     make: (radius, breadth) => ({ shape: "box", size: [2 * radius, breadth, LENGTH] }),
     height: (tool) => tool.size[2],
     shortened: ({ size }, height) => ({
@@ -301,11 +314,12 @@ export const TOOLS: { [S in Shape]: Row<S> } = {
     surface: ({ size }) => new THREE.BoxGeometry(...size).translate(0, 0, size[2] / 2),
   },
   ellipsoid: {
-    name: "Ellipsoid",
+    name: t("tool_ellipsoid"),
+    key: "Shift+z",
     icon: '<ellipse cx="12" cy="12" rx="10" ry="6.5" />',
     powered: false,
     turns: true,
-    form: { name: "Breadth", unit: "mm", min: 1, max: 24, value: 12 },
+    form: { name: t("form_breadth"), unit: "mm", min: 1, max: 24, value: 12 },
     make: (radius, breadth) => ({ shape: "ellipsoid", radii: [radius, breadth / 2, radius] }),
     height: (tool) => 2 * tool.radii[2],
     shortened: (tool) => tool,
@@ -313,10 +327,11 @@ export const TOOLS: { [S in Shape]: Row<S> } = {
     surface: ({ radii }) => ball(radii),
   },
   drill: {
-    name: "Drill",
+    name: t("tool_drill"),
+    key: "Shift+d",
     icon: '<path d="M8 2h8v17l-4 3-4-3zM8 9l8-4M8 14l8-4M8 19l8-4" />',
     powered: true,
-    form: { name: "Point", unit: "°", min: 60, max: 150, value: 118 },
+    form: { name: t("form_point"), unit: "°", min: 60, max: 150, value: 118 },
     make: (radius, angle_deg) => ({ shape: "drill", angle_deg, radius, length: LENGTH }),
     height: length,
     shortened: (tool, height) => ({ ...tool, length: Math.min(tool.length, height) }),
@@ -324,12 +339,13 @@ export const TOOLS: { [S in Shape]: Row<S> } = {
     surface: pointed,
   },
   gouge: {
-    name: "Gouge",
+    name: t("tool_gouge"),
+    key: "Shift+g",
     icon: '<path d="M3 7c0 18 18 18 18 0M6.5 7c0 12 11 12 11 0M3 7h3.5M17.5 7H21" />',
     powered: false,
     turns: true,
     leads: true,
-    form: { name: "Sweep", unit: "", min: 2, max: 11, value: 7 },
+    form: { name: t("form_sweep"), unit: "", min: 2, max: 11, value: 7 },
     make: (radius, sweep) => ({
       shape: "gouge",
       sweep: Math.round(sweep),
@@ -355,12 +371,13 @@ export const TOOLS: { [S in Shape]: Row<S> } = {
     },
   },
   vee: {
-    name: "V-gouge",
+    name: t("tool_vee"),
+    key: "Shift+v",
     icon: '<path d="M3 5l9 16 9-16M7 5l5 9 5-9M3 5h4M17 5h4" />',
     powered: false,
     turns: true,
     leads: true,
-    form: { name: "Angle", unit: "°", min: 20, max: 150, value: 60 },
+    form: { name: t("form_angle"), unit: "°", min: 20, max: 150, value: 60 },
     make: (radius, angle_deg) => ({
       shape: "vee",
       angle_deg,
@@ -384,12 +401,13 @@ export const TOOLS: { [S in Shape]: Row<S> } = {
     },
   },
   chisel: {
-    name: "Chisel",
+    name: t("tool_chisel"),
+    key: "Shift+c",
     icon: '<path d="M7 2h10v14H7zM7 16v5h10v-5" />',
     powered: false,
     turns: true,
     leads: true,
-    form: { name: "Bevel", unit: "°", min: 10, max: 60, value: 25 },
+    form: { name: t("form_bevel"), unit: "°", min: 10, max: 60, value: 25 },
     make: (radius, bevel_deg) => ({
       shape: "chisel",
       width: 2 * radius,
@@ -411,12 +429,13 @@ export const TOOLS: { [S in Shape]: Row<S> } = {
       ),
   },
   skew: {
-    name: "Skew chisel",
+    name: t("tool_skew"),
+    key: "Shift+s",
     icon: '<path d="M7 2h10v14L7 21z" />',
     powered: false,
     turns: true,
     leads: true,
-    form: { name: "Skew", unit: "°", min: 5, max: 60, value: 30 },
+    form: { name: t("form_skew"), unit: "°", min: 5, max: 60, value: 30 },
     make(radius, skew_deg) {
       const tool: Of<"skew"> = {
         shape: "skew",
@@ -445,12 +464,13 @@ export const TOOLS: { [S in Shape]: Row<S> } = {
       ),
   },
   knife: {
-    name: "Knife",
+    name: t("tool_knife"),
+    key: "Shift+n",
     icon: '<path d="M12 22L7 12V2h10v10zM12 22V2" />',
     powered: false,
     turns: true,
     leads: true,
-    form: { name: "Point", unit: "°", min: 20, max: 120, value: 60 },
+    form: { name: t("form_point"), unit: "°", min: 20, max: 120, value: 60 },
     make: (radius, point_deg) => ({
       shape: "knife",
       edge_deg: 20,
@@ -473,10 +493,11 @@ export const TOOLS: { [S in Shape]: Row<S> } = {
     },
   },
   lollipop: {
-    name: "Lollipop cutter",
+    name: t("tool_lollipop"),
+    key: "Shift+j",
     icon: '<path d="M10 2h4v9h-4z" /><circle cx="12" cy="16.5" r="5.5" />',
     powered: true,
-    form: { name: "Neck", unit: "mm", min: 0.3, max: 10, value: 1.5 },
+    form: { name: t("form_neck"), unit: "mm", min: 0.3, max: 10, value: 1.5 },
     make(radius, wide) {
       const neck = Math.min(wide, 0.9 * radius),
         reach = 2 * radius + LENGTH;
@@ -496,10 +517,11 @@ export const TOOLS: { [S in Shape]: Row<S> } = {
       stemmed(arc(0, tool.radius, tool.radius, Math.PI - Math.asin(tool.neck / tool.radius)), tool),
   },
   tslot: {
-    name: "T-slot cutter",
+    name: t("tool_tslot"),
+    key: "Shift+h",
     icon: '<path d="M10 2h4v12h7v6H3v-6h7z" />',
     powered: true,
-    form: { name: "Height", unit: "mm", min: 0.3, max: 12, value: 2 },
+    form: { name: t("form_height"), unit: "mm", min: 0.3, max: 12, value: 2 },
     make(radius, height) {
       const neck = 0.4 * radius,
         reach = height + LENGTH;
@@ -527,7 +549,8 @@ export const TOOLS: { [S in Shape]: Row<S> } = {
       ),
   },
   mesh: {
-    name: "Stamp",
+    name: t("tool_mesh"),
+    key: "Shift+w",
     icon: '<path d="M9 2h6v6l-2 3v3h7v4H4v-4h7v-3L9 8zM5 21h14" />',
     powered: true,
     pressed: true,
@@ -541,18 +564,20 @@ export const TOOLS: { [S in Shape]: Row<S> } = {
   },
 };
 export const SHAPES = Object.keys(TOOLS) as Shape[];
-/** A tool of every shape, for tests. `share`: where its own number is between its least and its most. */
+/** One tool of every shape, for tests. `share` places its own number between min and max. */
 export const everyTool = (radius: number, share: number): HeldTool[] =>
   SHAPES.map((shape) => {
     const { form, make } = TOOLS[shape];
     return make(radius, form ? form.min + share * (form.max - form.min) : 0);
   });
 
-/** The tool, if a person can hold it; null for those of scenes only. */
+/** The shape of this name. Null: there is none. */
+export const shapeOf = (name: string): Shape | null => (name in TOOLS ? (name as Shape) : null);
+/** The tool if a user can hold it. Null for tools that exist only in scenes. */
 export const held = (tool: Tool | null): HeldTool | null =>
   tool && tool.shape in TOOLS ? (tool as HeldTool) : null;
 
-// A row's functions take tools of its own shape: the row is found by that shape.
+// A row's functions take tools of its own shape, so look the row up by that shape.
 const rowOf = (tool: HeldTool): Row<Shape> => TOOLS[tool.shape] as unknown as Row<Shape>;
 export const heightOf = (tool: HeldTool): number => rowOf(tool).height(tool);
 export const shortened = (tool: HeldTool, height: number): HeldTool =>
@@ -563,10 +588,10 @@ export const toolSurface = (tool: HeldTool): THREE.BufferGeometry => rowOf(tool)
 /** A picture of the shape. */
 export const iconOf = (shape: Shape): string =>
   `<svg viewBox="0 0 24 24" aria-hidden="true">${TOOLS[shape].icon}</svg>`;
-/** A button for each, the first one chosen. */
+/** One button per shape. The first is chosen. */
 export const toolButtons = (): string =>
   SHAPES.map((shape, i) => {
-    const { name } = TOOLS[shape];
+    const { name, key } = TOOLS[shape];
     const button = `<input type="radio" name="shape" value="${shape}" aria-label="${name}"${i === 0 ? " checked" : ""} />`;
-    return `<label title="${name}">${button}${iconOf(shape)}</label>`;
+    return `<label title="${t("tool_key", { tool: name, key })}">${button}${iconOf(shape)}<span aria-hidden="true">${name}</span></label>`;
   }).join("");

@@ -5,7 +5,7 @@ import * as THREE from "three";
 export interface Body {
   id: number;
   name: string;
-  /** From its lattice into the world. */
+  /** The transform from its lattice to the world. */
   matrix: THREE.Matrix4;
   visible: boolean;
   locked: boolean;
@@ -13,7 +13,7 @@ export interface Body {
   volume_mm3: number;
 }
 
-/** Reads the list of the message Bodies. */
+/** Parses the list of the message Bodies. */
 export const readBodies = (json: string): Body[] =>
   (JSON.parse(json) as (Omit<Body, "matrix"> & { pose: number[] })[]).map(
     ({ pose: p, ...body }) => ({

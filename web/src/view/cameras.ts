@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-// From where one looks: a camera in perspective and a parallel one, how they are turned, and what a
-// point of the window means in the world. Z is up, lengths are mm.
+// The cameras: a perspective and a parallel one. This file moves them and converts points of the
+// window to the world. Z is up. Lengths are in mm.
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import type { Vec3 } from "../base/vec3";
 
-/** The pixels at each edge of the window that something covers. */
+/** The pixels at each edge of the window that panels cover. */
 export interface Insets {
   left: number;
   right: number;
@@ -22,25 +22,26 @@ const FIELD = 35; // of view [degrees]
 const HALF_FIELD = (FIELD * Math.PI) / 360; // [rad]
 const TURN_MS = 260;
 
-/** Z is up here; three's spherical coordinates have Y up. */
+/** Converts between our z-up frame and three's spherical coordinates, which are y-up. */
 const asUp = (v: THREE.Vector3): THREE.Vector3 => v.set(v.x, v.z, -v.y);
-const asStands = (v: THREE.Vector3): THREE.Vector3 => v.set(v.x, -v.z, v.y);
+const zUp = (v: THREE.Vector3): THREE.Vector3 => v.set(v.x, -v.z, v.y);
 
 export class Cameras {
   readonly controls: OrbitControls;
   current: THREE.PerspectiveCamera | THREE.OrthographicCamera;
   /** Whether anything was framed. */
   framed = false;
-  /** Of the picture that is taken; null: the canvas has the window's. */
+  /** The size of a picture that is being taken. Null: the canvas has the window's size. */
   size: Size | null = null;
   private perspective = new THREE.PerspectiveCamera(FIELD, 1, 1, 5000);
   private parallel = new THREE.OrthographicCamera(-1, 1, 1, -1, 1, 5000);
   private ray = new THREE.Raycaster();
   private covered = NOTHING;
-  private radius = 0; // of what was framed
-  private share = 1; // of the height, that the free area's breadth is, at most 1: what FIELD is the angle of, by its height
-  private half = 1; // of the free area's shorter side, as parallel shows it without zoom [mm]
-  private turning = 0; // counts turns of the camera to a view
+  private radius = 0; // of the framed sphere
+  // Width over height of the free area, at most 1. FIELD spans this share of its height.
+  private share = 1;
+  private half = 1; // half of the free area's shorter side at zoom 1 in the parallel camera [mm]
+  private turning = 0; // counts camera turns, to cancel older ones
 
   constructor(
     private canvas: HTMLCanvasElement,
@@ -59,19 +60,19 @@ export class Cameras {
     this.controls.addEventListener("change", () => this.redraw());
   }
 
-  /** What the view turns about. */
+  /** The point about which the view turns. */
   get target(): THREE.Vector3 {
     return this.controls.target;
   }
   get eye(): Vec3 {
     return this.current.position.toArray() as Vec3;
   }
-  /** The size of what is drawn into, in pixels of the window. */
+  /** The size of the drawing, in pixels of the window. */
   get drawn(): Size {
     return this.size ?? { width: this.canvas.clientWidth, height: this.canvas.clientHeight };
   }
 
-  // ---- What a point of the window means
+  // ---- Points of the window
 
   /** The line of sight through a point of the window. */
   rayAt(x: number, y: number): THREE.Ray {
@@ -83,28 +84,28 @@ export class Cameras {
     );
     return this.ray.ray;
   }
-  /** How many mm a pixel of the window is wide at a place. */
+  /** The width of one window pixel at a position [mm]. */
   perPixel(at: THREE.Vector3): number {
     const r = this.canvas.getBoundingClientRect(),
       seen = at.clone().project(this.current),
-      beside = seen.clone();
-    beside.x += 2 / r.width;
-    return seen.unproject(this.current).distanceTo(beside.unproject(this.current));
+      nextPixel = seen.clone();
+    nextPixel.x += 2 / r.width;
+    return seen.unproject(this.current).distanceTo(nextPixel.unproject(this.current));
   }
-  /** Where the window shows a place. */
+  /** Where the window shows a position. */
   onScreen(place: Vec3): { x: number; y: number } {
     const r = this.canvas.getBoundingClientRect();
     this.current.updateMatrixWorld();
     const at = new THREE.Vector3(...place).project(this.current);
     return { x: r.left + ((1 + at.x) / 2) * r.width, y: r.top + ((1 - at.y) / 2) * r.height };
   }
-  /** From a point towards the eye. */
+  /** The direction from a point towards the eye. */
   towardsEye(point: THREE.Vector3): THREE.Vector3 {
     if (this.orthographic)
       return new THREE.Vector3(0, 0, 1).applyQuaternion(this.current.quaternion);
     return this.current.position.clone().sub(point).normalize();
   }
-  /** Along a pen that is tilted so from upright on the screen [degrees]. */
+  /** The direction of a pen with these tilts from upright on the screen [degrees]. */
   alongPen(tiltX: number, tiltY: number): THREE.Vector3 {
     const tangent = (degrees: number): number =>
       Math.tan((Math.max(-80, Math.min(80, degrees)) * Math.PI) / 180);
@@ -112,15 +113,15 @@ export class Cameras {
       .normalize()
       .applyQuaternion(this.current.quaternion);
   }
-  /** From the world's frame into the camera's: columns are the camera's right, up and backward. */
+  /** The camera's rotation. Its columns are the camera's right, up and backward in the world. */
   get turned(): THREE.Matrix4 {
     this.current.updateMatrixWorld();
     return new THREE.Matrix4().extractRotation(this.current.matrixWorld);
   }
 
-  // ---- Where the camera is
+  // ---- Camera position
 
-  /** Shows all of a sphere, seen from this direction. */
+  /** Shows a whole sphere from a direction. */
   frame({ center, radius }: THREE.Sphere, from: THREE.Vector3): void {
     this.turning++;
     this.fit();
@@ -139,24 +140,33 @@ export class Cameras {
     this.framed = true;
   }
 
+  /** Puts the eye and the point about which the view turns to these positions [mm]. */
+  place(eye: Vec3, target: Vec3): void {
+    this.turning++;
+    this.current.position.fromArray(eye);
+    this.target.fromArray(target);
+    this.controls.update();
+    this.redraw();
+  }
+
   get orthographic(): boolean {
     return this.current === this.parallel;
   }
-  /** What is in the middle keeps its size. */
+  /** Switches the projection. The size of what is in the centre stays the same. */
   set orthographic(on: boolean) {
     if (on === this.orthographic) return;
     this.turning++;
-    const way = this.current.position.clone().sub(this.target),
+    const direction = this.current.position.clone().sub(this.target),
       half = Math.tan(HALF_FIELD);
-    let far = way.length() || 1;
+    let far = direction.length() || 1;
     if (on) {
       this.half = half * this.share * far;
       this.parallel.zoom = 1;
-      // However near the eye was: what lies behind it would not be seen.
+      // Move back from a close eye. Parts behind the camera would be invisible.
       far = Math.max(far, 4 * this.radius);
     } else far = this.half / this.share / this.parallel.zoom / half;
     this.current = on ? this.parallel : this.perspective;
-    this.current.position.copy(this.target).addScaledVector(way.normalize(), far);
+    this.current.position.copy(this.target).addScaledVector(direction.normalize(), far);
     this.controls.object = this.current;
     this.fit();
     this.controls.update();
@@ -164,8 +174,8 @@ export class Cameras {
   }
 
   /**
-   * Looks at the middle from there, as far away as before; turned there in a moment, unless the
-   * person wants no motion.
+   * Turns to this view direction at the same distance. The turn is animated unless the user prefers
+   * reduced motion.
    */
   turnTo(from: Vec3): void {
     const turn = ++this.turning,
@@ -175,7 +185,7 @@ export class Cameras {
     );
     const end = new THREE.Spherical().setFromVector3(asUp(new THREE.Vector3(...from)));
     end.phi = Math.min(Math.PI - 0.001, Math.max(0.001, end.phi));
-    // From above and below, the side that is nearer is kept in front.
+    // From above and below, keep the nearest side in front.
     if (Math.abs(from[2]) > 0 && from[0] === 0 && from[1] === 0)
       end.theta = Math.round(begin.theta / (Math.PI / 2)) * (Math.PI / 2);
     const around =
@@ -190,9 +200,7 @@ export class Cameras {
         begin.phi + smooth * (end.phi - begin.phi),
         begin.theta + smooth * around,
       );
-      this.current.position
-        .copy(asStands(new THREE.Vector3().setFromSpherical(now)))
-        .add(this.target);
+      this.current.position.copy(zUp(new THREE.Vector3().setFromSpherical(now))).add(this.target);
       this.controls.update();
       this.redraw();
       if (share < 1) requestAnimationFrame(step);
@@ -201,8 +209,8 @@ export class Cameras {
   }
 
   /**
-   * Once around the upright axis in `count` places; draw() is called at each until it says false.
-   * Then the camera is where it was.
+   * Moves the camera once around the upright axis in `count` steps. Calls draw() at each step until
+   * it returns false. Then restores the camera.
    */
   async aroundOnce(count: number, draw: (index: number) => Promise<boolean>): Promise<void> {
     const about = this.target.clone(),
@@ -223,7 +231,7 @@ export class Cameras {
     }
   }
 
-  /** The solid is shown in what these leave free. */
+  /** Fits the solid into the area that these insets leave free. */
   cover(insets: Insets): void {
     const { left, right, top, bottom } = this.covered;
     if (
@@ -238,16 +246,15 @@ export class Cameras {
     this.redraw();
   }
 
-  /** The solid in the middle of what is not covered. */
+  /** Centres the solid in the free area. */
   fit(): void {
     const { width: w, height: h } = this.drawn;
     const { left, right, top, bottom } = this.size ? NOTHING : this.covered;
     const wide = w - left - right,
       high = h - top - bottom;
     if (wide <= 0 || high <= 0) return;
-    // A turn of the wrist, or a sheet, that leaves less breadth for the height: what was all shown
-    // still is. A picture of another shape is for a moment only: there the camera stays where it
-    // is.
+    // If the free area becomes narrower for its height, move back so that everything stays visible.
+    // A picture of another shape is temporary, so the camera stays.
     const share = Math.min(1, wide / high),
       { perspective, parallel } = this;
     perspective.zoom = this.size ? share / this.share : 1;
@@ -260,13 +267,14 @@ export class Cameras {
       this.share = share;
     }
     if (this.orthographic) {
-      // Of all the window, so that the solid moves as far as a pointer that moves it.
+      // Relative to the whole window, so that the solid follows a pointer exactly.
       parallel.top = (this.half * h) / Math.min(wide, high);
       parallel.right = (this.half * w) / Math.min(wide, high);
       parallel.bottom = -parallel.top;
       parallel.left = -parallel.right;
       parallel.setViewOffset(w, h, (right - left) / 2, (bottom - top) / 2, w, h);
     } else perspective.setViewOffset(wide, high, -left, -top, w, h);
-    this.controls.panSpeed = this.orthographic ? 1 : h / high; // in perspective it reckons with the canvas's height
+    // The perspective camera uses the canvas's height.
+    this.controls.panSpeed = this.orthographic ? 1 : h / high;
   }
 }

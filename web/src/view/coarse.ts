@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: MIT
-// The solid with fewer triangles, for machines without a graphics card while the camera moves: of
-// each chunk, vertices near each other give way to one of them. Those at its edge stay, since the
-// neighbour has them, too: no crack opens.
+// A solid with fewer triangles, for machines without a graphics card while the camera moves. In
+// each chunk, one vertex replaces the vertices near it. Vertices at a chunk's edge stay, because
+// the neighbour shares them. So no crack opens.
 import * as THREE from "three";
 import { CELLS, cornerOf, type Lattice } from "./chunks";
 
-const WIDE = 3; // cells along each side of what is drawn as one vertex
-const PLACES = Math.ceil((CELLS + 1) / WIDE); // along each side; the neighbours' cells reach in
+const WIDE = 3; // cells along each side that one vertex replaces
+// Along each side; the neighbours' cells reach into the chunk.
+const PLACES = Math.ceil((CELLS + 1) / WIDE);
 
 /**
- * `corner` is that of the chunk's first cell, `pitch` a cell's side [mm]; of one that is turned, of
- * the box around it. Attributes are those of `fine`.
+ * Makes a coarser chunk. `corner` is the corner of its first cell and `pitch` a cell's side [mm].
+ * For a rotated chunk they describe its bounding box. The attributes are shared with `fine`.
  */
 function coarser(
   fine: THREE.BufferGeometry,
@@ -19,17 +20,18 @@ function coarser(
 ): THREE.BufferGeometry {
   const position = fine.attributes.position.array,
     index = fine.index!.array;
-  const stands = new Uint16Array(fine.attributes.position.count); // for each vertex the one that is drawn
+  // For each vertex the vertex that replaces it.
+  const same = new Uint16Array(fine.attributes.position.count);
   const first = new Int32Array(PLACES ** 3).fill(-1);
-  // Around a vertex that triangles surround, each neighbour comes once as the next and once as the
-  // one before.
-  const open = new Int32Array(stands.length);
+  // If triangles surround a vertex, each neighbour occurs once as the next and once as the previous
+  // vertex. Then `open` is 0.
+  const open = new Int32Array(same.length);
   for (let i = 0; i < index.length; i += 3)
     for (let k = 0; k < 3; k++)
       open[index[i + k]] += index[i + ((k + 1) % 3)] - index[i + ((k + 2) % 3)];
-  for (let v = 0; v < stands.length; v++) {
+  for (let v = 0; v < same.length; v++) {
     if (open[v] !== 0) {
-      stands[v] = v;
+      same[v] = v;
       continue;
     }
     let place = 0;
@@ -38,13 +40,13 @@ function coarser(
       place = place * PLACES + Math.min(PLACES - 1, Math.max(0, Math.floor(cell / WIDE)));
     }
     if (first[place] < 0) first[place] = v;
-    stands[v] = first[place];
+    same[v] = first[place];
   }
   const corners: number[] = [];
   for (let i = 0; i < index.length; i += 3) {
-    const a = stands[index[i]],
-      b = stands[index[i + 1]],
-      c = stands[index[i + 2]];
+    const a = same[index[i]],
+      b = same[index[i + 1]],
+      c = same[index[i + 2]];
     if (a !== b && b !== c && c !== a) corners.push(a, b, c);
   }
   const made = new THREE.BufferGeometry();
@@ -64,13 +66,13 @@ function aroundTurned(geometry: THREE.BufferGeometry): [number[], number] {
 
 export class Coarse {
   readonly group = new THREE.Group();
-  private made = new Map<THREE.Mesh, THREE.Mesh>(); // for chunks that are shown
+  private made = new Map<THREE.Mesh, THREE.Mesh>(); // by the shown chunk
 
   constructor() {
     this.group.visible = this.group.matrixWorldAutoUpdate = false;
   }
 
-  /** Makes it of these chunks, by their places; what was made of them before is kept. */
+  /** Makes coarse meshes for these chunks. Reuses those that exist. */
   follow(chunks: Map<string, THREE.Mesh>, lattice: Lattice): void {
     const gone = new Set(this.made.keys());
     for (const [place, mesh] of chunks) {

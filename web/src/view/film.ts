@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Pictures to a film: the browser's encoder (WebCodecs, VP8), and what a WebM file needs around
-// that. Frames have the time they are for, however long it took to draw them.
+// Encodes pictures as a film: WebCodecs (VP8) in a WebM container. Each frame has its nominal time,
+// independent of the drawing time.
 
 interface Frame {
   ms: number;
@@ -45,7 +45,7 @@ export class Film {
     });
   }
 
-  /** The next frame; resolves when there is room for another. */
+  /** Adds the next frame. Resolves when there is room for another. */
   async add(picture: HTMLCanvasElement, index: number): Promise<void> {
     const frame = new VideoFrame(picture, {
       timestamp: Math.round((1e6 * index) / this.rate),
@@ -57,7 +57,7 @@ export class Film {
     frame.close();
     while (this.encoder.encodeQueueSize > 3 && !this.failed)
       await new Promise((done) => setTimeout(done, 5));
-    // The page is shown between frames, so that it can be left off.
+    // Let the page draw between frames, so that the user can cancel.
     await new Promise((done) => setTimeout(done, 0));
     if (this.failed) throw this.failed;
   }
@@ -75,7 +75,7 @@ export class Film {
   }
 }
 
-// ---- Matroska: elements of an identifier, a size and what is in them
+// ---- Matroska: an element is an identifier, a size and its content
 
 function joined(parts: Uint8Array[]): Uint8Array {
   const all = new Uint8Array(parts.reduce((sum, part) => sum + part.length, 0));
@@ -86,7 +86,7 @@ function joined(parts: Uint8Array[]): Uint8Array {
   }
   return all;
 }
-/** In as many bytes as it needs. */
+/** The number in as many bytes as it needs, big-endian. */
 function number(value: number): Uint8Array {
   const bytes: number[] = [];
   for (let rest = value; rest > 0 || bytes.length === 0; rest = Math.floor(rest / 256))

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
-// Looking by keys: the arrows turn the piece, with Shift they move it; plus and minus go nearer and
-// farther.
+// Keyboard control of the camera. The arrows turn the piece. With Shift they move it. Plus and
+// minus zoom.
 import * as THREE from "three";
 import type { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 
 const TURN_RAD = Math.PI / 24;
-const MOVE = 0.08; // of the window's height
+const MOVE = 0.08; // share of the window's height
 const NEARER = 1 / 1.15;
-const STEEPEST = 0.02; // radians from looking straight down
+const STEEPEST = 0.02; // min angle to the vertical [rad]
 
-const WAYS: Record<string, [number, number]> = {
+const DIRECTIONS: Record<string, [number, number]> = {
   ArrowLeft: [-1, 0],
   ArrowRight: [1, 0],
   ArrowUp: [0, 1],
@@ -19,33 +19,34 @@ const WAYS: Record<string, [number, number]> = {
 export function lookByKeys(canvas: HTMLElement, controls: OrbitControls): void {
   canvas.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey || !controls.enabled) return;
-    // The one that is looked through now.
+    // The current camera.
     const camera = controls.object as THREE.PerspectiveCamera | THREE.OrthographicCamera;
     const eye = camera.position,
       from = eye.clone().sub(controls.target),
-      way = WAYS[event.key];
-    if (!way && !["+", "=", "-"].includes(event.key)) return;
+      direction = DIRECTIONS[event.key];
+    if (!direction && !["+", "=", "-"].includes(event.key)) return;
     event.preventDefault();
-    controls.dispatchEvent({ type: "start" }); // what else turns the camera leaves off
-    if (way && event.shiftKey) {
+    controls.dispatchEvent({ type: "start" }); // cancels other camera turns
+    if (direction && event.shiftKey) {
       const right = new THREE.Vector3().setFromMatrixColumn(camera.matrix, 0),
         up = new THREE.Vector3().setFromMatrixColumn(camera.matrix, 1);
-      // At the middle, a projection's sixth number is 2 / height, in perspective at distance 1.
+      // The sixth number of a projection is 2 / height at the target; in perspective, at distance
+      // 1.
       const high = 2 / camera.projectionMatrix.elements[5],
         far = camera instanceof THREE.OrthographicCamera ? 1 : from.length();
       const by = right
-        .multiplyScalar(-way[0])
-        .addScaledVector(up, -way[1])
+        .multiplyScalar(-direction[0])
+        .addScaledVector(up, -direction[1])
         .multiplyScalar(MOVE * high * far);
       eye.add(by);
       controls.target.add(by);
-    } else if (way) {
-      // The piece turns the way of the arrow.
+    } else if (direction) {
+      // The piece turns in the direction of the arrow.
       const distance = from.length(),
-        around = Math.atan2(from.y, from.x) - TURN_RAD * way[0];
+        around = Math.atan2(from.y, from.x) - TURN_RAD * direction[0];
       const down = Math.max(
         STEEPEST,
-        Math.min(Math.PI - STEEPEST, Math.acos(from.z / distance) - TURN_RAD * way[1]),
+        Math.min(Math.PI - STEEPEST, Math.acos(from.z / distance) - TURN_RAD * direction[1]),
       );
       eye
         .copy(controls.target)
@@ -61,7 +62,8 @@ export function lookByKeys(canvas: HTMLElement, controls: OrbitControls): void {
       if (camera instanceof THREE.OrthographicCamera) {
         camera.zoom /= factor;
         camera.updateProjectionMatrix();
-        controls.dispatchEvent({ type: "change" }); // of a zoom that is set, update() tells nobody
+        // Update() does not report a zoom that is set directly.
+        controls.dispatchEvent({ type: "change" });
       } else eye.copy(controls.target).addScaledVector(from, factor);
     }
     controls.update();

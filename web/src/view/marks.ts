@@ -1,13 +1,19 @@
 // SPDX-License-Identifier: MIT
-// Marks around the solid that are no part of it: planes and axis of symmetry, the plane that depth
-// counts from, the ring under the pointer, and the grid on the ground. Lengths are mm.
+// Marks around the solid: symmetry planes and axis, the plane for depth, the ring under the
+// pointer, and the grid on the ground. Lengths are in mm.
 import * as THREE from "three";
 import type { Hit } from "./pick";
 
 const BLUE = 0x0072b2;
+/** Colours of the ring. They are distinct for colour-blind users. */
+const RING = { usual: BLUE, inverts: 0xd55e00, smooths: 0x009e73 };
+/** Opacity of the disc in the ring where the brush acts fully. */
+const FULL = 0.45;
+const RINGS = 10,
+  SEGMENTS = 48;
 const UP = new THREE.Vector3(0, 0, 1);
 
-/** A rectangle around the middle of a box, normal to an axis, as large as the box. */
+/** A rectangle through the middle of a box, normal to an axis and as large as the box. */
 function frameAcross(axis: number, box: THREE.Box3): THREE.LineLoop {
   const half = box.getSize(new THREE.Vector3()).multiplyScalar(0.5),
     [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
@@ -30,10 +36,30 @@ function frameAcross(axis: number, box: THREE.Box3): THREE.LineLoop {
   return frame;
 }
 
+/** As falloff_weight in kibori/reshape/brush.h, at a distance in radii. */
+const WEIGHTS = [
+  (d: number): number => (1 - d * d) ** 2,
+  (d: number): number => 1 - d,
+  (): number => 1,
+];
+
+/** A disc of radius 1 whose opacity is the weight of a brush. */
+function discOf(falloff: number, color: THREE.Color): THREE.BufferGeometry {
+  const disc = new THREE.RingGeometry(0, 1, SEGMENTS, RINGS),
+    place = disc.getAttribute("position");
+  const colors = new Float32Array(4 * place.count);
+  for (let i = 0; i < place.count; i++) {
+    const weight = WEIGHTS[falloff](Math.min(1, Math.hypot(place.getX(i), place.getY(i))));
+    colors.set([color.r, color.g, color.b, FULL * weight], 4 * i);
+  }
+  disc.setAttribute("color", new THREE.BufferAttribute(colors, 4));
+  return disc;
+}
+
 export class Marks {
   readonly group = new THREE.Group();
-  private piece = new THREE.Box3(); // what the solid is cut from
-  private radius = 0; // of the sphere around what was framed
+  private piece = new THREE.Box3(); // the lattice's box
+  private radius = 0; // of the framed sphere
   private grid: THREE.GridHelper | null = null;
   private planes = new THREE.Group();
   private level = new THREE.Mesh(
@@ -55,6 +81,17 @@ export class Marks {
       transparent: true,
     }),
   );
+  private disc = new THREE.Mesh(
+    new THREE.BufferGeometry(),
+    new THREE.MeshBasicMaterial({
+      vertexColors: true,
+      side: THREE.DoubleSide,
+      depthTest: false,
+      depthWrite: false,
+      transparent: true,
+    }),
+  );
+  private style = "";
   private folds = new THREE.LineSegments(
     new THREE.BufferGeometry(),
     new THREE.LineBasicMaterial({
@@ -68,10 +105,11 @@ export class Marks {
   constructor(private redraw: () => void) {
     this.level.visible = this.ring.visible = false;
     this.ring.renderOrder = 2;
+    this.ring.add(this.disc);
     this.group.add(this.planes, this.level, this.ring, this.folds);
   }
 
-  /** Another document. */
+  /** Starts with another document. */
   begin(piece: THREE.Box3): void {
     this.piece.copy(piece);
     this.ring.visible = false;
@@ -83,7 +121,7 @@ export class Marks {
     for (const axis of [0, 1, 2]) this.planes.add(frameAcross(axis, piece));
   }
 
-  /** Puts a grid below what is looked at; its lines are 1, 10, 100 ... mm apart. */
+  /** Puts a grid below the framed part. Its lines are 1, 10, 100 ... mm apart. */
   frame(box: THREE.Box3, { center, radius: r }: THREE.Sphere): void {
     this.radius = r;
     if (this.grid) this.group.remove(this.grid);
@@ -103,8 +141,8 @@ export class Marks {
   }
 
   /**
-   * Frames around the planes of symmetry (bits 1 normal to x, 2 to y, 4 to z); the axis that all
-   * goes around, and where each of `fold` parts begins.
+   * Shows the symmetry planes (bits 1 normal to x, 2 to y, 4 to z) as frames. Shows the rotation
+   * axis and the start of each of `fold` parts.
    */
   showSymmetry(planes: number, fold: number, axis: number): void {
     this.planes.children.forEach((frame, i) => (frame.visible = ((planes >> i) & 1) === 1));
@@ -131,7 +169,7 @@ export class Marks {
     this.redraw();
   }
 
-  /** The plane that depth counts from; null: none. */
+  /** Shows the plane for depth. Null: none. */
   showPlane(plane: Hit | null): void {
     this.level.visible = plane !== null;
     if (plane) {
@@ -142,7 +180,21 @@ export class Marks {
     this.redraw();
   }
 
-  /** A ring on the wood; null: none. */
+  /**
+   * Sets how the ring looks: its colour, and the falloff of the brush that it shows (0 smooth, 1
+   * linear, 2 constant). Null: a tool has none.
+   */
+  styleRing(kind: keyof typeof RING, falloff: number | null): void {
+    const style = `${kind} ${falloff}`;
+    if (style === this.style) return;
+    this.style = style;
+    this.ring.material.color.set(RING[kind]);
+    this.disc.visible = falloff !== null;
+    if (falloff === null) return;
+    this.disc.geometry.dispose();
+    this.disc.geometry = discOf(falloff, this.ring.material.color);
+  }
+  /** Shows a ring on the wood. Null: none. */
   showRing(at: Hit | null, radius: number): void {
     this.ring.visible = at !== null;
     if (at) {

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: MIT
-// Draws frames: the solid into an image of its own, all of it or only where it has changed, and over
-// that what moves. Where drawing is slow, it draws fewer pixels while the camera moves.
+// Draws the frames. The solid is drawn into its own image, completely or only where it has changed.
+// Moving parts are drawn over it. Slow machines draw fewer pixels while the camera moves.
 import * as THREE from "three";
 import type { Cameras } from "./cameras";
 import { Coarse } from "./coarse";
 import { SolidImage, type Shades } from "./shading";
 import type { Solid } from "./solid";
 
-const REST_MS = 350; // without a change, after which a slow machine draws as well as it can
-const ROUGH = 0.4; // pixels a pixel, where drawing is slow and the camera moves
-/** Opacity of the solid, where what is inside is shown. */
+const REST_MS = 350; // idle time after which a slow machine draws at full quality
+const ROUGH = 0.4; // resolution factor while the camera moves on a slow machine
+/** Opacity of the solid while its inside is shown. */
 const GHOST = 0.3;
 
-/** Whether there is no graphics card to draw with. */
+/** Whether the browser draws without a graphics card. */
 function drawnBySoftware(): boolean {
   const probe = document.createElement("canvas").getContext("webgl2");
   const about = probe?.getExtension("WEBGL_debug_renderer_info");
@@ -21,7 +21,7 @@ function drawnBySoftware(): boolean {
   return /swiftshader|llvmpipe|software|basic render/i.test(name);
 }
 
-/** The part of a lens's picture, w by h pixels, that shows `part` of it, as a frustum. */
+/** The frustum of `part` of a camera's picture of w by h pixels. */
 function frustumOf(camera: THREE.Camera, part: THREE.Box2, w: number, h: number): THREE.Frustum {
   const size = part.getSize(new THREE.Vector2()),
     middle = part.getCenter(new THREE.Vector2());
@@ -40,32 +40,36 @@ function frustumOf(camera: THREE.Camera, part: THREE.Box2, w: number, h: number)
 export class Painter {
   readonly renderer: THREE.WebGLRenderer;
   readonly shades: Shades = { hollows: true, cavity: 0.5, toned: true, reach: 1, section: null };
-  /** Nothing is drawn. */
+  /** Stops all drawing. For measurements. */
   still = false;
-  /** The number of frames that were drawn. */
+  /** The number of drawn frames. */
   frames = 0;
-  /** The solid is seen through. */
+  /** Whether the solid is transparent. */
   ghostly = false;
-  /** While the camera moves there are fewer pixels, and shadows are drawn at rest. */
+  /** Whether drawing is slow: fewer pixels while the camera moves, and shadows only at rest. */
   slow = drawnBySoftware();
-  /** Called when the camera stands elsewhere. */
+  /** Called before a frame, when the camera is in its place. */
+  beforeSolid: () => void = () => undefined;
+  /** Called when the camera has moved. */
   onCamera: () => void = () => undefined;
-  private coarse = new Coarse(); // the chunks, for rough images
-  private ratio = Math.min(this.slow ? 1 : 2, window.devicePixelRatio); // pixels a pixel; fewer where drawing is slow
-  private began = 0; // the last frame, and when it was drawn
+  private coarse = new Coarse(); // the chunks for rough images
+  // Drawn pixels per window pixel; lower where drawing is slow.
+  private ratio = Math.min(this.slow ? 1 : 2, window.devicePixelRatio);
+  private began = 0; // start and end time of the last frame [ms]
   private ended = 0;
-  private late = 0; // frames that took long, one right after the other
+  private late = 0; // consecutive frames that took long
   private resting = 0; // a timer
-  private asked = false; // a frame is
+  private requested = false; // a frame is requested
   private best: SolidImage;
   private rough: SolidImage;
-  private image: SolidImage; // the one that shows the solid as it is
-  private seen = { camera: new THREE.Matrix4(), lens: new THREE.Matrix4() }; // how the solid was drawn last
-  private stale = true; // all of the solid is to be drawn
+  private image: SolidImage; // the image that shows the current solid
+  // The camera of the last drawn solid.
+  private seen = { camera: new THREE.Matrix4(), lens: new THREE.Matrix4() };
+  private stale = true; // the whole solid must be drawn
 
   constructor(
     private canvas: HTMLCanvasElement,
-    /** The solid and its light, and what moves over it. */
+    /** `scene` holds the solid and its light. `over` holds the moving parts. */
     private scene: THREE.Scene,
     private over: THREE.Scene,
     private solid: Solid,
@@ -76,7 +80,7 @@ export class Painter {
     this.renderer.localClippingEnabled = true;
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = this.slow ? THREE.PCFShadowMap : THREE.PCFSoftShadowMap;
-    // Shadows are drawn again when what throws them changes, not when the camera moves.
+    // Shadows change with the solid and the light, not with the camera.
     this.renderer.shadowMap.autoUpdate = false;
     this.best = new SolidImage(this.renderer, {
       samples: this.slow ? 0 : 4,
@@ -89,10 +93,10 @@ export class Painter {
     new ResizeObserver(() => this.redraw()).observe(canvas);
   }
 
-  /** Whether the solid is shown as well as it can be. */
+  /** Whether the solid is shown at full quality. */
   get settled(): boolean {
     return (
-      !this.asked &&
+      !this.requested &&
       !this.stale &&
       this.solid.changed.length === 0 &&
       this.image === this.best &&
@@ -100,40 +104,40 @@ export class Painter {
     );
   }
 
-  /** Another document. */
+  /** Starts with another document. */
   begin(): void {
     this.coarse.follow(this.solid.shown, this.solid.lattice);
     this.redrawSolid();
   }
 
-  /** What moves over the solid has changed, or the camera, or chunks. */
+  /** Requests a frame after moving parts, the camera or chunks have changed. */
   redraw(): void {
-    if (this.asked || this.still || this.cameras.size) return;
-    this.asked = true;
-    const asked = performance.now();
+    if (this.requested || this.still || this.cameras.size) return;
+    this.requested = true;
+    const requested = performance.now();
     requestAnimationFrame(() => {
-      this.asked = false;
+      this.requested = false;
       if (this.cameras.size) return;
       const now = performance.now();
-      this.adapt(asked, now);
+      this.adapt(requested, now);
       this.began = now;
       this.render(!this.slow);
       this.ended = performance.now();
       if (this.slow && (this.image !== this.best || this.solid.shadowsStale)) this.refineAtRest();
     });
   }
-  /** All of the solid looks different. */
+  /** Requests a frame that draws the whole solid again. */
   redrawSolid(): void {
     this.stale = true;
     this.redraw();
   }
 
-  /** Draws fewer pixels where frames take long. */
-  private adapt(asked: number, now: number): void {
+  /** Reduces the resolution if frames take long. */
+  private adapt(requested: number, now: number): void {
     const took = now - this.began;
-    // Only where one frame was asked for right after the other does the time between them tell
-    // how long they take.
-    this.late = asked - this.ended < 25 && took > 60 && took < 400 ? this.late + 1 : 0;
+    // The interval between frames measures their cost only if each is requested right after the
+    // previous one.
+    this.late = requested - this.ended < 25 && took > 60 && took < 400 ? this.late + 1 : 0;
     if (this.late < 4) return;
     this.late = 0;
     if (this.ratio > 0.75) this.ratio = Math.max(0.75, 0.8 * this.ratio);
@@ -142,8 +146,8 @@ export class Painter {
   private refineAtRest(): void {
     window.clearTimeout(this.resting);
     const rest = (): void => {
-      // A stroke is drawn into the image that it began with; a rough one is first drawn as well
-      // as can be.
+      // A stroke is drawn into the image that it began with. A rough image is first drawn at full
+      // quality.
       if ((this.solid.inStroke && this.image === this.best) || this.still || this.cameras.size)
         this.resting = window.setTimeout(rest, REST_MS);
       else this.render(true);
@@ -151,7 +155,7 @@ export class Painter {
     this.resting = window.setTimeout(rest, REST_MS);
   }
 
-  /** Whole: as well as can be, with shadows as they now are. */
+  /** Draws a frame. `whole`: at full quality and with current shadows. */
   render(whole: boolean): void {
     const { cameras, solid } = this,
       ratio = cameras.size ? 1 : this.ratio;
@@ -166,10 +170,11 @@ export class Painter {
     cameras.fit();
     const camera = cameras.current;
     camera.updateMatrixWorld();
+    this.beforeSolid();
     const turned =
       !this.seen.camera.equals(camera.matrixWorld) ||
       !this.seen.lens.equals(camera.projectionMatrix);
-    // While a stroke is made on a slow machine, they stay as they were.
+    // On a slow machine, shadows do not change during a stroke.
     const shadows = solid.shadowsStale && whole;
     if (shadows) {
       this.renderer.shadowMap.needsUpdate = true;
@@ -196,7 +201,7 @@ export class Painter {
     if (turned) this.onCamera();
   }
 
-  /** The part of the image that shows chunks that have changed. */
+  /** Draws the part of the image that shows changed chunks. */
   private drawChanged(width: number, height: number): void {
     const { solid, shades } = this,
       camera = this.cameras.current,
@@ -208,14 +213,14 @@ export class Painter {
     part.expandByScalar(3);
     part.intersect(new THREE.Box2(new THREE.Vector2(), new THREE.Vector2(w, h)));
     if (part.isEmpty()) return;
-    // Only what may be seen there is handed to the renderer.
+    // Draw only chunks that may be visible there.
     const frustum = frustumOf(camera, part, w, h);
     for (const mesh of solid.shown.values())
       mesh.visible = frustum.intersectsSphere(mesh.geometry.boundingSphere!);
     this.image.draw(this.scene, camera, shades, part);
     for (const mesh of solid.shown.values()) mesh.visible = true;
   }
-  /** Around all that has changed, in an image of w by h pixels; null: some of it is behind the eye. */
+  /** The bounds of all changes in an image of w by h pixels. Null if a change is behind the eye. */
   private changedPart(w: number, h: number): THREE.Box2 | null {
     const camera = this.cameras.current,
       part = new THREE.Box2(),
@@ -228,7 +233,7 @@ export class Painter {
           corner & 4 ? radius : -radius,
         );
         at.add(center).applyMatrix4(camera.matrixWorldInverse);
-        // What is behind the eye has no place in the window.
+        // Points behind the eye have no position in the window.
         if (!this.cameras.orthographic && at.z > -camera.near) return null;
         at.applyMatrix4(camera.projectionMatrix);
         part.expandByPoint(new THREE.Vector2(((1 + at.x) / 2) * w, ((1 + at.y) / 2) * h));

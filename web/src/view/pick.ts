@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Where a ray meets the chunks of a surface first: chunks by their bounds, from the nearest on, and
-// no further than what has been met.
+// Finds where a ray first meets the chunks of a surface. It tests chunks by their bounds, nearest
+// first, and stops at the first hit.
 import * as THREE from "three";
 
 export interface Hit {
@@ -8,20 +8,18 @@ export interface Hit {
   normal: THREE.Vector3;
 }
 
-/**
- * Of a ray that is to be looked at from `near` to `far` [multiples of its direction]: what it meets
- * first.
- */
+/** The first hit of a ray between `near` and `far` [multiples of its direction]. */
 interface Met {
   at: number;
   geometry: THREE.BufferGeometry;
   corners: [number, number, number];
   u: number;
   v: number;
-  leaves: boolean; // comes from inside
+  leaves: boolean; // the ray leaves the solid there
 }
 
-// Of a triangle's sides: each is rounded for itself, and a ray between two must meet one of them.
+// Tolerance at triangle sides. Each side is rounded on its own, and a ray between two triangles
+// must hit one of them.
 const SLACK = 1e-9;
 
 function meet(
@@ -48,7 +46,7 @@ function meet(
     const hx = dy * e2z - dz * e2y,
       hy = dz * e2x - dx * e2z,
       hz = dx * e2y - dy * e2x;
-    const det = e1x * hx + e1y * hy + e1z * hz; // above zero where the ray goes in
+    const det = e1x * hx + e1y * hy + e1z * hz; // positive if the ray enters the solid
     if (det === 0) continue;
     const sx = ox - p[a],
       sy = oy - p[a + 1],
@@ -69,7 +67,8 @@ function meet(
 }
 
 /**
- * Section: what lies on the side its normal points away from is not there, and the cut is a face.
+ * The first hit of a ray, or null. A section removes everything on its normal's negative side. The
+ * cut counts as a face.
  */
 export function firstHit(
   surface: Iterable<THREE.BufferGeometry>,
@@ -108,7 +107,7 @@ export function firstHit(
     if (nearer) far = (met = nearer).at;
   }
   if (!met) return null;
-  // The first it meets is a way out: it was inside where it came through the section.
+  // The first hit leaves the solid, so the ray entered through the section.
   if (section && near > 0 && met.leaves)
     return { point: ray.at(near, new THREE.Vector3()), normal: section.normal.clone().negate() };
   const normals = met.geometry.attributes.normal,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A tool as it is drawn over the solid, with an arrow for the force of the wood on it.
+// The tool as drawn over the solid, with an arrow for the wood's force on it.
 import * as THREE from "three";
 import { toolSurface, type HeldTool } from "../tools/tools";
 import type { Vec3 } from "../base/vec3";
@@ -14,8 +14,8 @@ export class ToolFigure {
   readonly group = new THREE.Group();
   private body = new THREE.Group();
   private arrow = new THREE.ArrowHelper(new THREE.Vector3(0, 0, 1), new THREE.Vector3(), 1, FORCE);
-  private held = ""; // the tool that is drawn
-  private told = ""; // where it was said to be
+  private held = ""; // the drawn tool as JSON
+  private reported = ""; // the last reported pose and force as text
   private red = false;
   private ghostly = false;
 
@@ -26,14 +26,14 @@ export class ToolFigure {
 
   hide(): void {
     this.body.visible = this.arrow.visible = false;
-    this.told = "";
+    this.reported = "";
   }
 
-  /** The tool as it is; null: none that can be drawn. */
+  /** Sets the tool. Null: no tool that can be drawn. */
   set(tool: HeldTool | null): void {
-    const told = JSON.stringify(tool);
-    if (told === this.held) return;
-    this.held = told;
+    const reported = JSON.stringify(tool);
+    if (reported === this.held) return;
+    this.held = reported;
     for (const mesh of this.meshes) {
       mesh.geometry.dispose();
       mesh.material.dispose();
@@ -52,11 +52,11 @@ export class ToolFigure {
     this.changed();
   }
 
-  /** Where it is, its axis and first direction, and the force on it [N]; null: nowhere yet. */
+  /** Sets tip, axis, side direction and force [N]. Null: the position is unknown. */
   place(tip: Vec3 | null, axis: Vec3, side: Vec3, force: Vec3): void {
-    const told = tip ? [...tip, ...axis, ...side, ...force].join() : "";
-    if (told === this.told) return;
-    this.told = told;
+    const reported = tip ? [...tip, ...axis, ...side, ...force].join() : "";
+    if (reported === this.reported) return;
+    this.reported = reported;
     this.changed();
     this.body.visible = tip !== null;
     this.arrow.visible = false;
@@ -76,19 +76,19 @@ export class ToolFigure {
     this.arrow.setLength(Math.min(40, 6 + 12 * Math.log1p(n)), 3, 1.6);
   }
 
-  /** Whether it is seen through more than it always is. */
+  /** Whether the tool is more transparent than usual. */
   set ghost(on: boolean) {
     this.ghostly = on;
     this.fade();
   }
-  /** Whether it stands where it can't work. Told again and again; only a change is drawn. */
+  /** Whether the tool cannot work at its position. Only a change is drawn. */
   set blocked(now: boolean) {
     if (now === this.red) return;
     this.red = now;
     for (const mesh of this.meshes) mesh.material.color.set(now ? RED : STEEL);
     this.changed();
   }
-  /** Half as wide as the tool that is drawn [mm]; 0: none is. */
+  /** Half of the drawn tool's width [mm]. 0: no tool is drawn. */
   get width(): number {
     let wide = 0;
     for (const { geometry } of this.meshes) {

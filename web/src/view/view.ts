@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What is seen: the solid and its light, the tools, and marks around them. The parts have files of
-// their own; here they are put together. Z is up, lengths are mm.
+// The view. It puts its parts together: the solid and its light, the tools, and the marks around
+// them. Each part has its own file. Z is up. Lengths are in mm.
 import * as THREE from "three";
 import type { Vec3 } from "../base/vec3";
 import { Cameras } from "./cameras";
@@ -13,9 +13,14 @@ import { PICTURED, Solid } from "./solid";
 import { Thumbnails } from "./thumbnails";
 import { ToolFigure } from "./tool_figure";
 import { WheelHead } from "./wheel_head";
-import { Wood, type Shading } from "./wood";
+import { Wood, type Matcap, type Shading } from "./wood";
 
-/** The direction from the piece to the eye when a document is opened. */
+/** The direction from the piece to the eye when a document opens. */
+/**
+ * Intensity of the light from the eye. It lights what faces the viewer, also where the sun does not
+ * reach.
+ */
+const FILL = 0.9;
 const HOME = new THREE.Vector3(-0.55, -1, 0.75);
 
 export class View {
@@ -28,13 +33,14 @@ export class View {
   readonly secondTool: ToolFigure;
   readonly marks: Marks;
   private scene = new THREE.Scene(); // the solid and its light
-  private over = new THREE.Scene(); // what moves over it
+  private over = new THREE.Scene(); // moving parts over it
   private aids = new THREE.Group();
   private wheel = new WheelHead();
   private sun = new THREE.DirectionalLight(0xfff8ee, 2.3);
+  private fill = new THREE.DirectionalLight(0xffffff, FILL);
   private sunFrom = new THREE.Vector3();
-  private box = new THREE.Box3(); // of the solid, as it was framed
-  private piece = new THREE.Box3(); // what the solid is cut from
+  private box = new THREE.Box3(); // of the solid when it was framed
+  private piece = new THREE.Box3(); // the lattice's box
   private thumbnails: Thumbnails;
 
   constructor(canvas: HTMLCanvasElement) {
@@ -51,7 +57,7 @@ export class View {
     this.sun.shadow.normalBias = 0.15;
     const sky = new THREE.HemisphereLight(0xf6f8ff, 0xc4bbb0, 1.75);
     sky.layers.enable(PICTURED);
-    this.scene.add(this.solid.chunks, this.sun, this.sun.target, sky);
+    this.scene.add(this.solid.chunks, this.sun, this.sun.target, sky, this.fill);
     const lamp = new THREE.DirectionalLight(0xffffff, 2.4);
     lamp.position.set(-0.7, -0.45, 1.6);
     const moving = [
@@ -67,11 +73,14 @@ export class View {
       lamp,
       new THREE.HemisphereLight(0xffffff, 0xb5a48f, 1.7),
     );
+    // A light's target is the origin, so its position is its direction.
+    this.painter.beforeSolid = () =>
+      this.fill.position.setFromMatrixColumn(this.cameras.current.matrixWorld, 2);
     this.pictures = new Pictures(canvas, this.painter, this.cameras, moving);
     this.thumbnails = new Thumbnails(this.scene, this.sun, PICTURED);
   }
 
-  /** again: of the document that is shown; it is looked at from where it was. */
+  /** Starts with a document. `again`: the same document, so the camera stays. */
   begin(lattice: Lattice, nodes: Vec3, again = false): void {
     const before = this.solid.lattice;
     const same =
@@ -94,13 +103,13 @@ export class View {
     this.painter.begin();
   }
 
-  /** All chunks are there. */
+  /** All chunks have arrived. */
   complete(): void {
     this.solid.whole = true;
     if (!this.cameras.framed) this.frame();
   }
 
-  /** Shows all of the solid from this direction. */
+  /** Shows the whole solid from a direction. */
   frame(from = HOME): void {
     this.box.copy(this.solid.boxOf(null));
     if (this.box.isEmpty()) return;
@@ -112,61 +121,61 @@ export class View {
     this.painter.redrawSolid();
   }
 
-  // ---- Places
+  // ---- Positions
 
-  /** The middle of the piece, and how long it is [mm]. */
+  /** The middle of the piece. `pieceSize` is its size [mm]. */
   get middle(): THREE.Vector3 {
     return this.piece.isEmpty() ? new THREE.Vector3() : this.piece.getCenter(new THREE.Vector3());
   }
   get pieceSize(): number {
     return this.piece.isEmpty() ? 1 : this.piece.getSize(new THREE.Vector3()).length();
   }
-  /** What the solid is cut from. */
+  /** The box of the lattice. */
   get bounds(): THREE.Box3 {
     return this.piece.clone();
   }
 
   /**
-   * Where a point of the window meets the surface: as it was before the stroke that is being made
-   * (began), or as it is. Of the body that is worked on, or of another.
+   * Where a point of the window meets a body's surface: before the current stroke if `began` is
+   * set, else now. The default is the active body.
    */
   hit(x: number, y: number, began = true, body = this.solid.active): Hit | null {
     return this.solid.hit(this.cameras.rayAt(x, y), this.painter.shades.section, began, body);
   }
-  /** The body that a point of the window shows; null: none. */
+  /** The body that a point of the window shows. Null: none. */
   bodyAt(x: number, y: number): number | null {
     return this.solid.bodyAt(this.cameras.rayAt(x, y), this.painter.shades.section);
   }
-  /** How thick the wood is under a place of its surface, square to that [mm]; null: unknown. */
+  /** The thickness of the wood under a point of its surface, normal to it [mm]. Null: unknown. */
   thickness(at: Hit): number | null {
     return this.solid.thickness(at, 1e-4 * this.pieceSize);
   }
 
-  // ---- What is shown with the solid
+  // ---- Objects shown with the solid
 
   redraw(): void {
     this.painter.redraw();
   }
-  /** Shows a body displaced by this motion; null: where it is. */
+  /** Shows a body displaced by a motion. Null: at its own position. */
   showMoved(body: number, by: THREE.Matrix4 | null): void {
     this.solid.showMoved(body, by);
     this.painter.redrawSolid();
   }
-  /** Something that explains the solid; pictures and films leave it out. */
+  /** Adds an object that explains the solid. Pictures and films leave it out. */
   showAid(thing: THREE.Object3D): void {
     this.aids.add(thing);
     this.redraw();
   }
-  /** Something to look at, which is no part of the solid. */
-  showBeside(thing: THREE.Object3D): void {
+  /** Adds an object that is not part of the solid. */
+  showExtra(thing: THREE.Object3D): void {
     this.over.add(thing);
     this.redraw();
   }
-  hideBeside(thing: THREE.Object3D): void {
+  hideExtra(thing: THREE.Object3D): void {
     this.over.remove(thing);
     this.redraw();
   }
-  /** The wheel that the piece stands on: whether there is one, and whether it turns. */
+  /** The wheel under the piece: whether it is shown, and whether it turns. */
   showWheel(there: boolean, turns: boolean): void {
     const { group } = this.wheel;
     if (there && !group.visible)
@@ -178,21 +187,28 @@ export class View {
     group.visible = there;
     this.wheel.turn(there && turns, () => this.redraw());
   }
-  /** A small picture of the whole piece from HOME, on no ground; null where the browser can't. */
+  /** A small picture of the whole piece from HOME without a ground. Null if the browser cannot. */
   thumbnail(width: number, height: number): Promise<Blob | null> {
-    // Of wood and uncut, whatever it is shown like.
+    // Always draw it in wood and without a section.
     this.solid.dress(this.wood.pictured);
     const picture = this.thumbnails.draw(this.painter.renderer, width, height);
     this.solid.dress();
     return picture;
   }
 
-  // ---- The look
+  // ---- Look
 
-  /** Whether solid and tools are seen through, as what showAid() adds lies within them. */
+  /**
+   * Whether solid and tools are transparent, so that objects of showAid() inside them are visible.
+   */
   set ghost(on: boolean) {
     this.painter.ghostly = this.tool.ghost = this.secondTool.ghost = on;
     this.redraw();
+  }
+  /** The look of the shading "clay". */
+  set matcap(look: Matcap) {
+    this.wood.matcap = look;
+    this.painter.redrawSolid();
   }
   set shading(shading: Shading) {
     this.wood.shading = shading;
@@ -204,18 +220,18 @@ export class View {
     this.painter.shades.hollows = on;
     this.painter.redrawSolid();
   }
-  /** 0 ... 1. */
+  /** The strength, 0 to 1. */
   set cavity(strength: number) {
     this.painter.shades.cavity = strength;
     this.painter.redrawSolid();
   }
-  /** Only what its normal points to is there; null: all. */
+  /** Shows only the side that the plane's normal points to. Null: everything. */
   set section(plane: THREE.Plane | null) {
     this.painter.shades.section = this.wood.section = plane;
     this.solid.shadowsStale = true;
     this.painter.redrawSolid();
   }
-  /** Where the sun is, and the light of clay, which turns with the camera. */
+  /** Sets the sun's direction, and the light of clay, which turns with the camera. */
   setLight(sun: Vec3, clay: Vec3): void {
     this.wood.clayLight = new THREE.Vector3(...clay).normalize();
     const from = new THREE.Vector3(...sun).normalize();
@@ -225,7 +241,7 @@ export class View {
     }
     this.painter.redrawSolid();
   }
-  /** The sun, where it is to shine from, on all of the solid. */
+  /** Places the sun so that it lights the whole solid. */
   private light(): void {
     if (this.box.isEmpty()) return;
     const { center, radius: r } = this.box.getBoundingSphere(new THREE.Sphere());

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// What the solid is made of: wood through and through (rings about the pith, fibres along it), so
-// that a cut shows what was inside, or clay. The same wood as in kibori/picture/wood.cpp: what is
-// changed here is changed there.
+// The material of the solid: clay, or solid wood with rings about the pith and fibres along it. A
+// cut shows what was inside. The wood is the same function as in kibori/picture/wood.cpp. Change
+// both together.
 import * as THREE from "three";
 import type { Vec3 } from "../base/vec3";
 import { MAX_MATERIALS } from "../connection/kinds";
@@ -35,7 +35,7 @@ vec3 woodAt(vec3 place, int kind) {
   float bent = noise(vec3(length, sqrt(dot(across, across)), 0.0) / 40.0);
   float rings = sqrt(dot(across, across)) + 1.1 * noise(from / 14.0) + 0.12 * noise(from / 5.0) + 1.5 * bent;
   float year = floor(rings), part = rings - year;
-  // A pixel's breadth, in rings: what is finer than that is not told apart.
+  // A pixel's breadth, in rings: finer detail is not resolved.
   float fine = max(fwidth(from.x), max(fwidth(from.y), fwidth(from.z)));
   float width = 0.55 + 0.3 * cornerValue(ivec3(int(year), 7, 3));
   float late = clamp((part - width) / (1.0 - width), 0.0, 1.0), edge = clamp((1.0 - part) / max(0.06, fine), 0.0, 1.0);
@@ -49,8 +49,8 @@ vec3 woodAt(vec3 place, int kind) {
 }
 `;
 
-// Places of the solid's own frame; and normals into the second buffer (shading.ts says what the
-// fourth number is).
+// Passes positions in the solid's own frame. Writes normals into the second buffer; shading.ts
+// explains their fourth component.
 const VERTEX = (shader: string): string =>
   shader
     .replace(
@@ -85,33 +85,61 @@ const FRAGMENT = (shader: string): string =>
       "#include <normal_fragment_maps>\noutNormal = vec4(normal, 0.5);",
     );
 
-/** What the studio says of a material. */
+/** A material, as the studio reports it. */
 export interface Material {
   name: string;
   color: Vec3;
-  /** How strongly its rings stand out, 0 to 1. */
+  /** The contrast of its rings, 0 to 1. */
   rings: number;
+  /** How it was cut from its log [mm]; zeros: by the shape of the stock. */
+  log: { ring: number; axis: Vec3; pith: Vec3 };
+  /** Whether the direction of a cut matters: the first of these gives the model its log. */
+  grain: boolean;
+  /** The law of its forces in one line. */
+  law: string;
 }
 export type Shading = "wood" | "plain" | "clay";
+/** The looks of the shading "clay". */
+export const MATCAPS = ["clay", "grey", "wax", "bronze"] as const;
+export type Matcap = (typeof MATCAPS)[number];
 
-/** The studio's materials, one of which all chunks have. */
+interface Look {
+  /** Colour in linear light. */
+  own: Vec3;
+  /** Strength and sharpness of the highlight. */
+  shine: number;
+  sharp: number;
+  /** How far the light wraps around. 0: not at all. */
+  wrap: number;
+}
+const LOOKS: Record<Matcap, Look> = {
+  clay: { own: [0.56, 0.235, 0.145], shine: 0.07, sharp: 28, wrap: 0.25 },
+  grey: { own: [0.4, 0.4, 0.39], shine: 0.04, sharp: 18, wrap: 0.2 },
+  wax: { own: [0.78, 0.66, 0.48], shine: 0.16, sharp: 60, wrap: 0.5 },
+  bronze: { own: [0.33, 0.21, 0.1], shine: 0.65, sharp: 22, wrap: 0.05 },
+};
+
+/** The studio's materials. All chunks use one of them. */
 export class Wood {
   private woodMaterial = new THREE.MeshStandardMaterial({ roughness: 0.66, metalness: 0 });
   private clayMaterial = new THREE.MeshMatcapMaterial();
-  /** Wood, whatever is chosen, and not cut by the section. */
+  /** Wood, independent of the chosen material and without the section. */
   readonly pictured = this.woodMaterial.clone();
   private chosen: Shading = "wood";
   private clayFrom = new THREE.Vector3();
+  private clayColor = new THREE.Vector3(...LOOKS.clay.own);
+  private look: Matcap = "clay";
   private pith = new THREE.Vector3();
   private along = new THREE.Vector3(1, 0, 0);
   private ring = { value: 1 };
+  private log: Material["log"] = { ring: 0, axis: [0, 0, 0], pith: [0, 0, 0] };
   private colors = Array.from({ length: MAX_MATERIALS }, () => new THREE.Color(0.72, 0.52, 0.32));
   private own = new Float32Array(MAX_MATERIALS); // contrasts of the materials
-  private contrasts = new Float32Array(MAX_MATERIALS); // as they are drawn
+  private contrasts = new Float32Array(MAX_MATERIALS); // the drawn contrasts
   private plane = new THREE.Vector4();
 
   constructor() {
-    // Into a buffer of light alone, the normals that a shader writes are dropped.
+    // A target with only a light buffer drops the normals that a shader writes.
     const uniforms = {
       pith: { value: this.pith },
       along: { value: this.along },
@@ -127,7 +155,7 @@ export class Wood {
       material.clipShadows = true;
       material.shadowSide = THREE.BackSide;
     }
-    // The same text for both, so that they have one program.
+    // Both materials have the same shader text, so that they share one program.
     const wooden =
       (contrasts: Float32Array) =>
       (shader: {
@@ -152,7 +180,7 @@ export class Wood {
           #endif
           diffuseColor.rgb *= mix(unpainted, painted, vPaint.a);`,
           )
-          // What is cut is flat, and told from a face by being a little redder.
+          // The cut is shaded flat. A little more red distinguishes it from a face.
           .replace(
             "#include <opaque_fragment>",
             inside("0.82 * diffuseColor.rgb * vec3(1.06, 0.97, 0.92)"),
@@ -161,12 +189,18 @@ export class Wood {
     this.woodMaterial.onBeforeCompile = wooden(this.contrasts);
     this.pictured.onBeforeCompile = wooden(this.own);
     this.clayMaterial.onBeforeCompile = (shader) => {
-      Object.assign(shader.uniforms, uniforms);
+      Object.assign(shader.uniforms, uniforms, { clayColor: { value: this.clayColor } });
       shader.vertexShader = VERTEX(shader.vertexShader);
-      shader.fragmentShader = FRAGMENT(shader.fragmentShader).replace(
-        "#include <opaque_fragment>",
-        inside("vec3(0.42, 0.16, 0.09)"),
-      );
+      shader.fragmentShader = FRAGMENT(shader.fragmentShader)
+        .replace("#include <common>", "#include <common>\nuniform vec3 clayColor;")
+        .replace(
+          "#include <opaque_fragment>",
+          // Paint keeps its colour. The light on it is that of the clay.
+          `vec3 painted = pow(vPaint.rgb / max(vPaint.a, 0.01), vec3(2.2));
+          const vec3 eye = vec3(0.2126, 0.7152, 0.0722);
+          outgoingLight = mix(outgoingLight, painted * dot(outgoingLight, eye) / dot(clayColor, eye), vPaint.a);
+          ${inside("0.6 * clayColor")}`,
+        );
     };
   }
 
@@ -178,15 +212,24 @@ export class Wood {
     this.contrasts.set(shading === "wood" ? this.own : new Float32Array(MAX_MATERIALS));
   }
 
-  /** What clay looks like by its normal, with a light from there, in the camera's frame. */
+  /** The look of clay by its normal, with the light from this direction in the camera's frame. */
   set clayLight(from: THREE.Vector3) {
     if (from.equals(this.clayFrom)) return;
     this.clayFrom.copy(from);
+    this.makeClay();
+  }
+  set matcap(look: Matcap) {
+    if (look === this.look) return;
+    this.look = look;
+    this.clayColor.set(...LOOKS[look].own);
+    this.makeClay();
+  }
+  private makeClay(): void {
     this.clayMaterial.matcap?.dispose();
-    this.clayMaterial.matcap = clay(from);
+    this.clayMaterial.matcap = clay(this.clayFrom, LOOKS[this.look]);
   }
 
-  /** What lies behind the plane is not drawn; the insides that come into view are flat. */
+  /** Hides everything behind the plane. Interior faces that become visible are flat. */
   set section(plane: THREE.Plane | null) {
     if (plane) this.plane.set(...plane.normal.toArray(), plane.constant);
     for (const material of [this.woodMaterial, this.clayMaterial]) {
@@ -201,8 +244,8 @@ export class Wood {
   }
 
   /**
-   * The piece it is cut from. Its grain runs along its longest side; where the other two are equal,
-   * it is a log.
+   * Sets the piece's box. The grain runs along its longest side. If the other two sides are equal,
+   * the piece is a log.
    */
   place(low: THREE.Vector3, size: THREE.Vector3): void {
     const sides = size.toArray(),
@@ -221,10 +264,16 @@ export class Wood {
       log ? 0.06 * u : 0.45 * Math.min(...sides) + 0.12 * size.length(),
     );
     this.ring.value = sides[longest] / 26;
+    if (this.log.axis.some((x) => x !== 0)) {
+      this.along.fromArray(this.log.axis).normalize();
+      this.pith.fromArray(this.log.pith);
+    }
+    if (this.log.ring > 0) this.ring.value = this.log.ring;
   }
 
-  /** By number: a colour (0..255), and how strongly the rings stand out (0..1). */
+  /** Sets for each material number the colour (0..255) and the contrast of the rings (0..1). */
   setKinds(kinds: Material[]): void {
+    this.log = (kinds.find((kind) => kind.grain) ?? kinds[0])?.log ?? this.log;
     for (let i = 0; i < MAX_MATERIALS && kinds.length > 0; i++) {
       const kind = kinds[Math.min(i, kinds.length - 1)];
       this.colors[i].setRGB(
@@ -239,10 +288,10 @@ export class Wood {
   }
 }
 
-const SIDE = 256; // pixels of a matcap
+const SIDE = 256; // pixels per side of a matcap
 
-/** Warm clay under a soft key light, a cool fill from the other side, and a rim. */
-function clay(key: THREE.Vector3): THREE.DataTexture {
+/** A look under a soft key light, a cool fill from the other side, and a rim. */
+function clay(key: THREE.Vector3, look: Look): THREE.DataTexture {
   const pixels = new Uint8Array(4 * SIDE * SIDE),
     n = new THREE.Vector3();
   const fill = new THREE.Vector3(-key.x, 0.3 - 0.5 * key.y, 0.6).normalize(),
@@ -260,17 +309,17 @@ function clay(key: THREE.Vector3): THREE.DataTexture {
       const flat = Math.min(1, n.x * n.x + n.y * n.y);
       n.z = Math.sqrt(1 - flat);
       n.normalize();
-      // The key light wraps around a little, as in what light enters.
-      const lit = Math.max(0, (n.dot(key) + 0.25) / 1.25) ** 1.3,
+      // The key light wraps around a little, like light that enters the clay.
+      const lit = Math.max(0, (n.dot(key) + look.wrap) / (1 + look.wrap)) ** 1.3,
         filled = Math.max(0, n.dot(fill)),
-        shine = Math.max(0, n.dot(half)) ** 28;
+        shine = Math.max(0, n.dot(half)) ** look.sharp;
       const rim = (1 - n.z) ** 3 * Math.max(0, 0.4 + 0.6 * n.y),
         sky = 0.5 + 0.5 * n.y;
       const at = 4 * (y * SIDE + x);
-      [0.56, 0.235, 0.145].forEach((own, k) => {
+      look.own.forEach((own, k) => {
         const light =
           own * (1.12 * lit + [0.1, 0.13, 0.17][k] * filled + [0.1, 0.12, 0.15][k] * sky + 0.06) +
-          0.07 * shine +
+          look.shine * shine +
           0.1 * rim;
         pixels[at + k] = encode(light);
       });
