@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What keys do: each action with its name in the list of keys, and the keys it has at first.
+// The actions that keys run. Each has a name for the list of keys, and default keys.
 import * as THREE from "three";
 import { dialog, element } from "./base/dom";
 import { write } from "./connection/messages";
@@ -14,7 +14,7 @@ import type { Splines } from "./panels/splines";
 import { BRUSHES, BRUSH_MODES } from "./tools/brushes";
 import type { View } from "./view/view";
 
-/** The parts of the page that keys work on. */
+/** The parts of the page that the actions use. */
 export interface Parts {
   send: (message: Uint8Array) => void;
   view: View;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The page: makes its parts and connects them; what is done with each message of the studio, and
-// with each button.
+// The page: makes its parts and connects them. Handles each message of the studio and each button.
 import { actions } from "./actions";
 import { announce, ask, dialog, element, input, put, select } from "./base/dom";
 import { save } from "./base/files";
@@ -38,7 +37,7 @@ import { View } from "./view/view";
 import type { Material } from "./view/wood";
 
 const canvas = element<HTMLCanvasElement>("view");
-// The view has a frame where the Tab key came to it, and none for a pointer's sake.
+// The view has a focus frame if the Tab key focused it, but not if the pointer did.
 document.addEventListener("pointerdown", () => document.body.classList.add("by-pointer"), true);
 document.addEventListener(
   "keydown",
@@ -57,11 +56,11 @@ try {
   throw new Error("no WebGL 2");
 }
 
-let rate = 1000; // ticks a second
+let rate = 1000; // ticks per second
 let title = "Kibori";
-let step = 0; // 0: no document is open, or not known yet
+let step = 0; // 0: no document is open, or the step is unknown yet
 let firstTime = true;
-let tip: Vec3 = [0, 0, 0]; // as of the last tick
+let tip: Vec3 = [0, 0, 0]; // from the last tick
 
 // ---- The parts
 
@@ -96,7 +95,7 @@ const handlers: Handlers = {
   Steps: ({ data }) => history.add(data),
   Versions: ({ json }) => history.setVersions(json),
   Work: (work) => showWork(work),
-  // On the first page it may be where something lies that could not be saved.
+  // On the start page, the notice may say where unsaved data is stored. So it stays.
   Notice: ({ text }) => notify(text, document.body.dataset.shown === "start" ? Infinity : 8),
 };
 const line = new Connection(handlers, (why) => {
@@ -106,7 +105,7 @@ const line = new Connection(handlers, (why) => {
 });
 const send = (message: Uint8Array): void => line.send(message);
 makeNumberRows({ size: "ratio", depth: "ratio", strength: "ratio", reach: "exponent" });
-// Its gestures are for the piece before the hand's strokes are.
+// Created before the hand, so that its gestures receive the pointer first.
 const bodies = new Bodies(
   canvas,
   view,
@@ -132,7 +131,7 @@ const look = new Look(canvas, view, (ending, what) => save(`${title}.${ending}`,
 lookByKeys(canvas, view.cameras.controls);
 const method = new MethodView(view, send);
 look.showsMethod(method);
-// Not kept are what a document says itself (its wood), and mirrors, which would surprise.
+// Not stored: settings of the document (its wood), and mirrors, which would be unexpected later.
 const settings = new Settings(
   (
     "shape mode size form turn-by depth strength falloff keep color axis model sound rumble " +
@@ -161,7 +160,7 @@ const pictures = new StepPictures(view, history, send, {
   may: () => hand.holds,
 });
 
-// ---- What the studio says
+// ---- Messages of the studio
 
 function showStart(holds: boolean, json: string): void {
   hand.holds = holds;
@@ -186,7 +185,7 @@ function showDocument(w: Welcome): void {
   element("title").textContent = element("title").title = title;
   document.body.dataset.shown = "solid";
   notify("");
-  // The focus was where there is nothing any more; keys go on at the piece.
+  // The focused element is gone. The piece gets the focus.
   const lost =
     document.activeElement === document.body || element("start").contains(document.activeElement);
   start.hide();
@@ -198,7 +197,7 @@ function showDocument(w: Welcome): void {
   element("material").replaceChildren(
     ...kinds.map((m, i) => new Option(m.name, String(i), i === w.material, i === w.material)),
   );
-  // A tool may be as large as the piece and the room around it.
+  // The largest tool has the size of the piece and the room around it.
   for (const id of ["size", "depth"])
     input(id).max = String(Math.ceil(Math.max(...w.nodes) * w.pitch));
   view.begin({ origin: w.origin, pitch: w.pitch }, w.nodes, again);
@@ -219,7 +218,7 @@ function showDocument(w: Welcome): void {
   printing.leave();
 }
 
-/** what: 0 to be worked on, 1 to be looked at, 2 an experiment. */
+/** `what`: 0 writable, 1 read-only, 2 an experiment. */
 function showReadOnly(what: number): void {
   hand.readOnly = what !== 0;
   element("reading").textContent = what === 2 ? "experiment" : "read only";
@@ -243,7 +242,7 @@ function showTicks({ start: first, data }: Ticks): void {
 }
 
 function showState(s: State): void {
-  // Who takes the tool over brings what is chosen here.
+  // A page that takes over the tool sends its choices.
   if (s.holds !== 0 && !hand.holds) hand.chooseAll();
   hand.holds = s.holds !== 0;
   element("watching").hidden = hand.holds;
@@ -319,6 +318,6 @@ const keys = new Keys(
 );
 element("keys-again").onclick = () => keys.reset();
 dialog("keys").onclose = () => keys.stopWaiting();
-// The browser keeps every measure until it is told not to.
+// The browser stores every measure until they are cleared.
 setInterval(() => performance.clearMeasures(), 60000);
 offerHooks(view, plot, hand, line);

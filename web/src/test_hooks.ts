@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What tests and measurements ask the page: window.kibori.
+// The interface of the page for tests and measurements: window.kibori.
 import type { Vec3 } from "./base/vec3";
 import type { Connection } from "./connection/connection";
 import type { ForcePlot } from "./forces/plot";
@@ -8,7 +8,7 @@ import { everyTool } from "./tools/tools";
 import type { View } from "./view/view";
 
 let frameTakes = 0;
-/** From now on every frame takes at least so long [ms], as on a slow computer; 0: as it comes. */
+/** Sets a min duration of every frame [ms], to simulate a slow computer; 0: none. */
 function slowFrames(ms: number): void {
   const runs = frameTakes > 0;
   frameTakes = ms;
@@ -22,10 +22,10 @@ function slowFrames(ms: number): void {
 export function offerHooks(view: View, plot: ForcePlot, hand: Hand, line: Connection): void {
   Object.assign(window, {
     kibori: {
-      // Whether the page shows all that the studio has sent: all chunks, drawn as well as can be.
+      // True if the page shows everything that the studio has sent: all chunks, at full quality.
       whole: () => view.solid.whole,
       settled: () => view.painter.settled,
-      // Resolves when the studio has handled all that the page has sent (see Connection).
+      // Resolves when the studio has handled all messages of the page (see Connection).
       answered: () => line.answered(),
       // Resolves with the next report of the studio's state, 20 a second.
       nextState: () => line.next("State"),
@@ -45,9 +45,9 @@ export function offerHooks(view: View, plot: ForcePlot, hand: Hand, line: Connec
       at: (x: number, y: number) => view.hit(x, y)?.point.toArray() ?? null,
       tools: everyTool,
       slowFrames,
-      // While it is still, the page draws neither the piece nor the plot, and no pictures of steps.
+      // If true, the page draws neither the piece, nor the plot, nor pictures of steps.
       still: (still: boolean) => (view.painter.still = plot.still = still),
-      // Draws the piece once, roughly, also on a page that is still.
+      // Draws the piece once at low quality, even if `still` is set.
       draw: () => view.painter.render(false),
     },
   });

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-// The parts of index.html, by their ids.
+// Finds the elements of index.html by their ids.
 
 export const element = <T extends HTMLElement>(id: string): T => document.getElementById(id) as T;
 export const input = (id: string): HTMLInputElement => element<HTMLInputElement>(id);
 export const select = (id: string): HTMLSelectElement => element<HTMLSelectElement>(id);
 export const dialog = (id: string): HTMLDialogElement => element<HTMLDialogElement>(id);
 
-/** Opens a form; what it comes to is in `returnValue`: "yes", or left off. */
+/** Opens a form. Its `returnValue` is then "yes", or something else if it was cancelled. */
 export function ask(id: string): void {
   const box = dialog(id);
   box.returnValue = "";
@@ -16,8 +16,8 @@ export function ask(id: string): void {
 }
 
 /**
- * Says it there. What stands there already is left alone: writing it again would lay out and draw
- * the page again.
+ * Writes a text into an element, unless it is there already. Writing it again would lay out and
+ * draw the page again.
  */
 export function put(id: string, text: string): void {
   const at = element(id);
@@ -25,16 +25,19 @@ export function put(id: string, text: string): void {
 }
 
 let saying = 0;
-/** Says it to who listens to the page, once it stays so: of many steps at once only the last. */
+/**
+ * Announces a text to screen readers once it no longer changes. Of many changes, only the last is
+ * announced.
+ */
 export function announce(text: string): void {
   window.clearTimeout(saying);
   saying = window.setTimeout(() => put("announced", text), 300);
 }
 
-const READ_EVERY_MS = 200; // as often as an eye can follow a number
+const READ_EVERY_MS = 200; // as often as a reader can follow a number
 const numbers = new Map<string, string>();
 let timer = 0;
-/** Says a number there that changes all the time, together with others. */
+/** Writes a number that changes continuously. Such numbers are written together. */
 export function read(id: string, text: string): void {
   numbers.set(id, text);
   timer ||= window.setTimeout(() => {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Files that the browser saves.
+// Saves files from the browser.
 
 export function save(name: string, what: Blob): void {
   const link = document.createElement("a");

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The line of text that reports to the person what happened.
+// The line of text that reports events to the user.
 import { element } from "./dom";
 
-/** trouble: read out at once to who listens to the page. */
+/** `trouble`: screen readers announce it at once. */
 export function notify(text: string, forSeconds = 8, trouble = false): void {
   const box = element("notice");
   box.setAttribute("role", trouble ? "alert" : "status");
@@ -10,7 +10,7 @@ export function notify(text: string, forSeconds = 8, trouble = false): void {
   if (forSeconds < Infinity) setTimeout(() => clearNotice(text), 1000 * forSeconds);
 }
 
-/** Removes the notice if it still says this. */
+/** Removes the notice if it still shows this text. */
 export function clearNotice(text: string): void {
   const box = element("notice");
   if (box.textContent === text) box.textContent = "";

@@ -1,3 +1,3 @@
 // SPDX-License-Identifier: MIT
-// Three numbers: a place [mm], a direction or a colour.
+// Three numbers: a position [mm], a direction or a colour.
 export type Vec3 = [number, number, number];

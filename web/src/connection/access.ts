@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-// The key to the studio. The address that it printed has a token, which is exchanged for the key
-// once. The key is kept by this page's origin, port included, for other windows and for reloading;
-// it is of no use once the studio has ended.
+// The key to the studio. The address that the studio prints has a token, which is exchanged for the
+// key once. The browser stores the key under this page's origin and port, for other windows and for
+// reloads. The key is invalid once the studio has ended.
 const KEPT = "kibori-key";
 
-let given = ""; // where the browser keeps nothing
+let given = ""; // used if the browser stores nothing
 let refused = false;
 
-/** The key, as any window of this browser got it last; empty: there is none. */
+/** The latest key that any window of this browser received; empty: none. */
 export function key(): string {
   try {
     return localStorage.getItem(KEPT) ?? given;
@@ -16,11 +16,11 @@ export function key(): string {
   }
 }
 
-/** As fetch, with the key. */
+/** Like fetch, but sends the key. */
 export const request = (path: string, how: RequestInit = {}): Promise<Response> =>
   fetch(path, { ...how, headers: { Authorization: `Bearer ${key()}` } });
 
-/** Done when the token of the address, if there is one, was exchanged. */
+/** Resolves when the token of the address, if there is one, has been exchanged. */
 export const entered = enter();
 
 async function enter(): Promise<void> {
@@ -36,11 +36,11 @@ async function enter(): Promise<void> {
   try {
     localStorage.setItem(KEPT, given);
   } catch {
-    // Until this window is reloaded, then.
+    // Then the key is lost when this window is reloaded.
   }
 }
 
-/** What to do where the studio does not take the key. */
+/** Message: what to do if the studio rejects the key. */
 export function whyRefused(): string {
   if (refused)
     return "An address opens the studio once, in one browser: open the newest one in the terminal.";

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: MIT
-// The line to the studio: comes back by itself when it breaks, for a minute, and then when it is
-// asked to.
+// The connection to the studio. After it breaks, it retries for a minute on its own, and later on
+// request.
 import { entered, key, whyRefused } from "./access";
 import { read, write, PROTOCOL_VERSION, type FromStudio } from "./messages";
 
 const FIRST_WAIT_MS = 250,
   LONGEST_WAIT_MS = 8000;
-const TRIES_MS = 60000; // after so long without an answer, only the person tries again
+const TRIES_MS = 60000; // after this time without an answer, only the user can retry
 const GONE =
   "The studio does not answer: it has ended, or this computer slept. Start 'kibori studio' again in a terminal and open the address that it prints.";
 const FULL = "Too many windows of the studio are open: close some, and try again.";
 const REFUSED = 1008,
-  TOO_MANY = 1013; // as the studio closes the line
+  TOO_MANY = 1013; // close code of the studio
 
-/** What is done with each message of the studio. */
+/** The handler of each message from the studio. */
 export type Handlers = {
   [Kind in FromStudio["kind"]]: (message: Extract<FromStudio, { kind: Kind }>["message"]) => void;
 };
@@ -22,12 +22,12 @@ export class Connection {
   private waiting: { kind: FromStudio["kind"]; done: () => void }[] = [];
   private socket: WebSocket | null = null;
   private wait = FIRST_WAIT_MS;
-  private lostAt = 0; // 0: it is there
+  private lostAt = 0; // 0: connected
   private timer = 0;
 
   /**
-   * `lost`: told what to do where the line is broken, and whether it is tried again by itself;
-   * null: it is there.
+   * `lost` receives what the user should do about a broken connection, and whether the page
+   * retries; null: connected.
    */
   constructor(
     private handlers: Handlers,
@@ -41,19 +41,19 @@ export class Connection {
   }
 
   /**
-   * Resolves when the studio has handled all that was sent to it until now, and has reported the
-   * state after that. A document is open.
+   * Resolves when the studio has handled all messages so far and has reported its state. Requires
+   * an open document.
    */
   async answered(): Promise<void> {
     const heard = this.next("Mass");
     this.send(write.AskMass());
-    // A line that breaks takes the question with it.
+    // If the connection breaks, the question is lost.
     const again = window.setInterval(() => this.send(write.AskMass()), 2000);
     await heard;
     window.clearInterval(again);
     await this.next("State");
   }
-  /** Resolves with the next message of a kind. */
+  /** Resolves with the next message of the given kind. */
   next(kind: FromStudio["kind"]): Promise<void> {
     return new Promise((done) => this.waiting.push({ kind, done }));
   }
@@ -64,12 +64,12 @@ export class Connection {
     for (const one of due) one.done();
   }
 
-  /** As if the line had broken. */
+  /** Simulates a broken connection. */
   breakOff(): void {
     this.socket?.close();
   }
 
-  /** At once, and then for a minute again. */
+  /** Retries at once, then for another minute. */
   again(): void {
     this.lostAt = performance.now();
     this.wait = FIRST_WAIT_MS;
@@ -79,7 +79,7 @@ export class Connection {
 
   private open(): void {
     window.clearTimeout(this.timer);
-    // One that still tries is let go of.
+    // Drops a connection that is still being opened.
     if (this.socket) {
       this.socket.onclose = null;
       this.socket.close();

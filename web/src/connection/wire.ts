@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Messages as bytes and back: see protocol/messages.json.
+// Converts messages to bytes and back: see protocol/messages.json.
 import type { Vec3 } from "../base/vec3";
 import { MODELS, MODES, type Mode, type Model, type Tool } from "./kinds";
 
-/** Of Ticks: tip, force, moment, axis, side. */
+/** The vectors of a tick: tip, force, moment, axis, side. */
 export const TICK_NUMBERS = 15;
 
 export class Writer {

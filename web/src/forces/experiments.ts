@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Experiments: scenes that run by themselves, and the forces of several runs beside each other.
+// Experiments: scenes that run without a hand, and the forces of several runs in one plot.
 import uPlot from "uplot";
 import { element } from "../base/dom";
 import { save } from "../base/files";
@@ -28,14 +28,14 @@ interface Summary {
   marks: Mark[];
 }
 interface Run extends Summary {
-  rows: Float32Array; // ROW numbers a tick: time, force, moment
+  rows: Float32Array; // ROW numbers per tick: time, force, moment
   shown: boolean;
 }
 
 const ROW = 7;
 const MAX_RUNS = 12;
-// Okabe and Ito's colours, which people with any kind of colour vision tell apart; dashed the
-// second time round.
+// Okabe and Ito's colours, which people with any colour vision can distinguish. Further curves
+// repeat them, dashed.
 const COLOURS = ["#d55e00", "#0072b2", "#009e73", "#cc79a7", "#56b4e9", "#e69f00"];
 const QUANTITIES: Record<
   string,
@@ -90,7 +90,7 @@ export class Experiments {
     this.count();
   }
 
-  /** What can be run: names of the studio's examples. */
+  /** The experiments: names of the studio's examples. */
   offer(examples: { name: string; about: string }[]): void {
     const scene = element<HTMLSelectElement>("scene"),
       before = scene.value;
@@ -101,7 +101,7 @@ export class Experiments {
     if (examples.some((e) => e.name === before)) scene.value = before;
   }
 
-  /** What a run came to. */
+  /** Adds the result of a run. */
   add(json: string, data: Uint8Array): void {
     const summary = JSON.parse(json) as Summary;
     if (this.runs.some((run) => run.run === summary.run)) return;
@@ -262,7 +262,7 @@ export class Experiments {
     return new Blob(parts, { type: "text/csv" });
   }
 
-  /** What is shown, as a figure for a page of print. */
+  /** The plot as a figure for print. */
   private svg(): string {
     const quantity = this.quantity();
     const curves = this.shown().map(({ run, i }) => ({
@@ -290,7 +290,7 @@ export class Experiments {
     }
     return { x, y };
   }
-  /** A sentence for each model that is shown. */
+  /** A note on each force model in the plot. */
   private notes(): string[] {
     const models = new Set(this.shown().map(({ run }) => run.model));
     return Object.entries(MODEL_NOTES)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Forces over time as a figure for a page of print (SVG).
+// Forces over time as a figure for print (SVG).
 import { robustRange, spikes } from "./robust";
 
 export interface Curve {
@@ -15,9 +15,9 @@ const WIDTH = 720,
   LEFT = 64,
   RIGHT = 16,
   TOP = 22,
-  BELOW = 52; // below: numbers and title of the time
-const LINE = 18; // of the names
-const LETTERS = 104; // of a line of the notes
+  BELOW = 52; // `BELOW`: numbers and title of the time axis
+const LINE = 18; // height of a line of the legend
+const LETTERS = 104; // characters per line of the notes
 
 const escaped = (text: string): string => text.replace(/[&<>"]/g, (c) => `&#${c.charCodeAt(0)};`);
 
@@ -41,7 +41,10 @@ function lines(text: string): string[] {
   return found;
 }
 
-/** Points of a polyline, as fine as can be seen: of each half unit of width the lowest and the highest. */
+/**
+ * Points of a polyline at visible resolution: the lowest and the highest value in each half unit of
+ * width.
+ */
 function pointsOf(curve: Curve, x: (t: number) => number, y: (v: number) => number): string[] {
   const points: string[] = [];
   let column = -1,
@@ -102,7 +105,7 @@ export function figure(curves: Curve[], label: string, notes: string[]): string 
     `<text x="${(LEFT + WIDTH) / 2}" y="${y(low) + 34}" text-anchor="middle">Time [s]</text><text transform="translate(16 ${(TOP + y(low)) / 2}) rotate(-90)" text-anchor="middle">${escaped(label)}</text>`,
   );
   const unit = /\[(.*)\]/.exec(label)?.[1] ?? "";
-  const told: number[] = []; // where numbers of spikes stand
+  const told: number[] = []; // positions of the labels of spikes
   curves.forEach((curve, place) => {
     const points = pointsOf(curve, x, y);
     const look = `fill="none" stroke="${curve.colour}" stroke-width="1.5"${curve.dashed ? ' stroke-dasharray="6 4"' : ""}`;

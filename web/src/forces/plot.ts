@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The force over time, every servo tick of it, and as CSV. The scale is that of most ticks: spikes
-// are cut off and marked.
+// Plots the force of every servo tick over time, and exports it as CSV. The scale fits all but a
+// few ticks: spikes are cut off and marked.
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
 import { robustRange, spikes, type Range } from "./robust";
@@ -18,7 +18,7 @@ interface Clipped {
 }
 
 /**
- * Marks them where the plot ends, with their sizes where there is room. The sizes of all of them.
+ * Marks spikes at the edge of the plot, with their sizes if there is room. Returns all sizes.
  */
 export function markSpikes(plot: uPlot, curves: Clipped[]): string[] {
   const { ctx, bbox } = plot,
@@ -59,7 +59,7 @@ export function markSpikes(plot: uPlot, curves: Clipped[]): string[] {
   return marks.map(({ value, curve }) => `${rounded.format(value)} ${curve.unit}`.trim());
 }
 
-/** Whether any tick has a force or a moment. */
+/** True if any tick has a force or a moment. */
 const felt = (rows: Float32Array): boolean =>
   rows.some((number, i) => {
     const at = i % TICK_NUMBERS;
@@ -67,9 +67,9 @@ const felt = (rows: Float32Array): boolean =>
   });
 
 const SHOWN_S = 5;
-const KEPT = 600000; // ten minutes
+const KEPT = 600000; // ten minutes of ticks
 
-// Okabe and Ito's colours, which people with any kind of colour vision tell apart.
+// Okabe and Ito's colours, which people with any colour vision can distinguish.
 const SERIES = [
   {
     label: "|F|: size of the force, N",
@@ -114,7 +114,7 @@ const SERIES = [
   },
 ];
 
-/** A scale that fits the series on it that are shown. */
+/** A scale that fits its visible series. */
 const scaled = (scale: string, min: number) => ({
   range: (plot: uPlot): [number, number] => {
     const { low, high } = robustRange(
@@ -153,7 +153,7 @@ function axes(): uPlot.Axis[] {
   ];
 }
 
-/** The names of the series are buttons for keys, too. */
+/** The names of the series are buttons, so that the keyboard reaches them. */
 function namesAsButtons(into: HTMLElement): void {
   const names = [...into.querySelectorAll<HTMLElement>(".u-legend .u-series > *")];
   for (const [i, name] of names.entries()) {
@@ -176,16 +176,16 @@ function namesAsButtons(into: HTMLElement): void {
 
 export class ForcePlot {
   paused = false;
-  /** Nothing is drawn. */
+  /** If true, nothing is drawn. */
   still = false;
-  /** Rows of tip, force, moment, axis, as the studio sends them. */
+  /** Adds rows of tip, force, moment and axis, as the studio sends them. */
   private rows: Float32Array[] = [];
   private starts: number[] = [];
   private count = 0;
   private plot: uPlot;
   private picture: HTMLElement;
   private due = false;
-  private flat = false; // as it is drawn
+  private flat = false; // last drawn state
 
   constructor(
     private into: HTMLElement,
@@ -224,7 +224,7 @@ export class ForcePlot {
     namesAsButtons(into);
   }
 
-  /** Marks spikes, and tells them to who can't see them. */
+  /** Marks spikes, and describes them for screen readers. */
   private mark(plot: uPlot): void {
     const shown = SERIES.map((one, i) => ({ ...one, at: i + 1 })).filter(
       ({ at }) => plot.series[at].show,
@@ -257,7 +257,7 @@ export class ForcePlot {
       this.count -= this.rows.shift()!.length / TICK_NUMBERS;
     }
     if (this.paused || this.still || this.due) return;
-    // A flat line that moves on shows nothing new: to draw it would only empty a battery.
+    // A moving flat line shows nothing new. Drawing it would only drain the battery.
     const wide = this.into.clientWidth || this.plot.width;
     if (this.flat && this.plot.width === wide && !felt(rows)) return;
     this.due = true;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Scales of force plots that a few spikes do not flatten, and the spikes that such a scale leaves
-// out.
+// Scales of force plots that a few spikes do not flatten, and the spikes beyond such a scale.
 
 export interface Range {
   low: number;
@@ -11,11 +10,11 @@ export interface Spike {
   value: number;
 }
 
-const SHARE = 0.99; // of the ticks with any force: they fit in
-const ROOM = 1.15; // above them
-const WORTH = 1.5; // a largest value that is no higher above the scale than so is shown whole
+const SHARE = 0.99; // share of the ticks with a force that fit into the scale
+const ROOM = 1.15; // margin above them
+const WORTH = 1.5; // a largest value up to this factor above the scale is included in it
 
-/** How far a scale goes that shows these sizes, none of them below 0. */
+/** Upper end of a scale for these values, none of which is below 0. */
 function reach(sizes: number[]): number {
   if (sizes.length === 0) return 0;
   const sorted = Float64Array.from(sizes).sort(),
@@ -25,8 +24,8 @@ function reach(sizes: number[]): number {
 }
 
 /**
- * What the series need together: from 0, and to `min` at least; to 1 where there is nothing to
- * show.
+ * Range of all series together: it includes 0 and reaches at least `min`, or 1 if there are no
+ * values.
  */
 export function robustRange(series: ArrayLike<number | null | undefined>[], min: number): Range {
   const above: number[] = [],
@@ -40,7 +39,7 @@ export function robustRange(series: ArrayLike<number | null | undefined>[], min:
   return { low: -reach(below), high: Math.max(min, reach(above)) || (below.length > 0 ? 0 : 1) };
 }
 
-/** What leaves the range: of values less than `apart` from each other the outermost. */
+/** The values outside the range. Of values that are closer than `apart`, only the outermost. */
 export function spikes(
   x: ArrayLike<number>,
   y: ArrayLike<number | null | undefined>,

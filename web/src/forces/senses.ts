@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The force to the ear and the hand, where there is no force device: sound of the cut, vibration of
-// a phone or a game controller.
+// Makes the force perceptible without a force device: the sound of the cut, and the vibration of a
+// phone or a game controller.
 
 import { TICK_NUMBERS } from "../connection/wire";
 
@@ -10,7 +10,7 @@ export class Senses {
   private audio: { context: AudioContext; gain: GainNode; filter: BiquadFilterNode } | null = null;
   private rumbledAt = 0;
 
-  /** Rows of tip, force, moment, axis. */
+  /** Takes rows of tip, force, moment and axis. */
   feel(rows: Float32Array, rate: number): void {
     const ticks = rows.length / TICK_NUMBERS;
     if (ticks === 0) return;
@@ -20,7 +20,7 @@ export class Senses {
     for (let i = 0; i < rows.length; i += TICK_NUMBERS) {
       const f = Math.hypot(rows[i + 3], rows[i + 4], rows[i + 5]);
       sum += f;
-      const b = i - TICK_NUMBERS; // the tick before
+      const b = i - TICK_NUMBERS; // the previous tick
       if (b >= 0) {
         change += Math.abs(f - Math.hypot(rows[b + 3], rows[b + 4], rows[b + 5]));
         way += Math.hypot(rows[i] - rows[b], rows[i + 1] - rows[b + 1], rows[i + 2] - rows[b + 2]);
@@ -36,7 +36,7 @@ export class Senses {
     if (this.audio) this.audio.gain.gain.setTargetAtTime(0, this.audio.context.currentTime, 0.03);
   }
 
-  /** A scraping: noise as loud as the force, brighter the faster and the rougher it is. */
+  /** A scraping noise. Its volume follows the force; its pitch rises with speed and roughness. */
   private play(force: number, rough: number, speed: number): void {
     this.audio ??= this.make();
     const { context, gain, filter } = this.audio;
@@ -44,7 +44,7 @@ export class Senses {
     const now = context.currentTime;
     gain.gain.cancelScheduledValues(now);
     gain.gain.setTargetAtTime(0.35 * (1 - Math.exp(-force / 1.5)) * moving, now, 0.02);
-    gain.gain.setTargetAtTime(0, now + 0.25, 0.03); // where no tick follows
+    gain.gain.setTargetAtTime(0, now + 0.25, 0.03); // if no tick follows
     filter.frequency.setTargetAtTime(
       300 + 20 * Math.min(150, speed) + 4000 * Math.min(0.3, rough),
       context.currentTime,
@@ -70,7 +70,7 @@ export class Senses {
     if (now - this.rumbledAt < 80 || force < 0.02) return;
     this.rumbledAt = now;
     const strong = Math.min(1, force / 4);
-    // A phone knows only on and off: longer is stronger.
+    // A phone's vibration is on or off. A longer pulse feels stronger.
     if ("vibrate" in navigator) navigator.vibrate(Math.round(8 + 60 * strong));
     for (const pad of navigator.getGamepads())
       void pad?.vibrationActuator

@@ -26,75 +26,81 @@ import type { Vec3 } from "../base/vec3";
 const chosen = (name: string): string =>
   (document.querySelector(`input[name=${name}]:checked`) as HTMLInputElement).value;
 
-/** So far above the wood the tool hovers [mm]. */
+/** Height above the wood at which the tool hovers [mm]. */
 const HOVER = 2;
-/** A path that leaves the wood goes on along the plane it left, so many radii of the tool. */
+/**
+ * A path that leaves the wood continues in the plane that it left, for at most this many tool
+ * radii.
+ */
 const BEYOND = 3;
 
 /**
- * So long after a press the mallet strikes, where every press is a blow [ms]: the tool has come in
- * by then.
+ * Delay from a press to the blow of the mallet, if every press is a blow [ms]. The tool has reached
+ * the wood by then.
  */
 const BLOW_AFTER_MS = 120;
 
-/** So long are letters that are pressed in [mm]. */
+/** Length of a stamp that is pressed in [mm]. */
 const STAMP_LENGTH = 12;
-/** With Shift a brush smooths that is so many times as wide as the tool. */
+/** Width of the brush that smooths while Shift is down, as a multiple of the tool's width. */
 const SHIFT_WIDTH = 1.5;
-/** What is twisted turns by so much where the pointer goes to the right [rad]: half a turn in 300. */
+/**
+ * Turn of a twist per pixel that the pointer moves to the right [rad]: half a turn in 300 pixels.
+ */
 const TURN_PER_PIXEL = 0.01;
 
-/** From what depth counts. */
+/** The surface or plane that depth is measured from. */
 type DepthFrom = "began" | "now" | "held" | "set";
 
 export class Hand {
   axis = new THREE.Vector3(0, 0, 1);
-  /** Whether it has pointed anywhere since the document was opened. */
+  /** True if the hand has pointed anywhere since the document was opened. */
   there = false;
   /**
-   * Whether a force device holds the tool; then the pointer only looks, and brings it to a place.
+   * True if a force device holds the tool. The pointer then only turns the view or brings the tool
+   * to a place.
    */
   device = false;
-  /** Whether the document is only looked at. */
+  /** True if the document is open read-only. */
   readOnly = false;
   private stroke: {
     pointer: number;
     type: string;
     x: number;
     y: number;
-    /** Where the path is, and where it last met the wood. */
+    /** The last position of the path, and the last position on the wood. */
     last: Hit;
     wood: Hit;
-    /** Depth counts from this plane, and the path lies in it; null: in the wood. */
+    /** The path is in this plane, and depth is measured from it; null: both follow the wood. */
     plane: Hit | null;
     mode: Mode;
-    /** Where a brush that drags or turns took hold: in the window, and the tool's own turn. */
+    /** Start of a brush that drags or turns: the pointer's x in the window, and the tool's turn. */
     from: { x: number; turn: number };
-    /** The time of the newest event that was used [ms]. */
+    /** Time of the latest event that was used [ms]. */
     time: number;
   } | null = null;
-  /** The plane that is set for depth to count from. */
+  /** The plane that the user set to measure depth from. */
   private plane: Hit | null = null;
-  /** The wood under the pointer, as it was last seen. */
+  /** The last known place on the wood under the pointer. */
   private over: Hit | null = null;
-  /** The key that lets a stroke begin anywhere is down. */
+  /** True while the key that lets a stroke begin anywhere is down. */
   private anywhere = false;
-  /** Another finger, or the pointer beside a device. */
+  /** Another finger, or the pointer while a device holds the first tool. */
   readonly second: SecondHand;
-  /** What keeps strokes to a way. */
+  /** Keeps strokes on a guide. */
   private guide: StrokeGuide;
   readonly stamp: Stamp;
   private sliding: { id: "size" | "depth"; x: number; from: number } | null = null;
   private at = { x: 0, y: 0 };
   private shown: HeldTool | null = null;
-  private handing = false; // the view is told of a pointer that was the hand's
+  private handing = false; // the view is receiving a pointer that was the hand's
   private aimed: Vec3 = [0, 0, 0];
 
   constructor(
     private canvas: HTMLCanvasElement,
     private view: View,
     private send: (message: Uint8Array) => void,
-    /** Whether a press there took another body up. */
+    /** Returns true if a press at (x, y) made another body the active one. */
     private takesUp: (x: number, y: number) => boolean,
   ) {
     element("shapes").insertAdjacentHTML("beforeend", toolButtons());
@@ -146,8 +152,8 @@ export class Hand {
     const { canvas } = this;
     canvas.addEventListener("pointerdown", (event) => this.down(event), { capture: true });
     canvas.addEventListener("pointermove", (event) => this.move(event));
-    // Where the browser tells of the pointer before the next frame, the tool need not wait for
-    // that.
+    // Some browsers report the pointer before the next frame. Then the tool does not wait for the
+    // frame.
     canvas.addEventListener(
       "pointerrawupdate",
       (event) =>
@@ -177,7 +183,7 @@ export class Hand {
       });
   }
 
-  /** Another document: nothing is under way. */
+  /** Resets the hand for another document. */
   begin(): void {
     if (this.stroke || this.second.working) this.view.solid.endStroke();
     this.second.begin();
@@ -193,7 +199,7 @@ export class Hand {
     else this.showSymmetry();
   }
 
-  /** All that is chosen, to the studio. */
+  /** Sends all choices to the studio. */
   chooseAll(): void {
     if (this.readOnly) return;
     this.stamp.begin();
@@ -210,14 +216,14 @@ export class Hand {
   get working(): boolean {
     return this.stroke !== null || this.second.working;
   }
-  /** Whether the tool, whose tip is there, is to cut and far from where it is wanted. */
+  /** True if the tool is cutting and its tip is far from the place that the hand aims at. */
   heldBack(tip: Vec3): boolean {
     return (
       this.stroke?.mode === "cut" &&
       Math.hypot(...tip.map((x, i) => x - this.aimed[i])) > this.depth() / 2 + this.guide.slack
     );
   }
-  /** What to do where wood holds the tool back. */
+  /** Message: what to do if the wood holds the tool back. */
   get help(): string {
     const strength = Number(input("strength").value).toFixed(0),
       name = TOOLS[this.shape].name.toLowerCase();
@@ -226,25 +232,25 @@ export class Hand {
       : "Strike it with the mallet (Space), move it sideways, raise Strength, or take a smaller tool or one with a motor.";
     return `The wood holds the ${name} back: the hand pushes with all its ${strength} N. ${more}`;
   }
-  /** Whether a motor turns the tool, or a press drives it. */
+  /** True if a motor turns the tool or a press drives it. */
   private get powered(): boolean {
     const { powered, pressed } = TOOLS[this.shape];
     return pressed || (powered && input("powered").checked);
   }
 
-  /** A blow of the mallet. */
+  /** Strikes the tool with the mallet. */
   strike(): void {
     if ((this.stroke?.mode === "cut" || this.device) && !this.powered) this.send(write.Strike());
   }
 
-  /** Depth counts from the plane of the wood under the pointer, from now on. */
+  /** Sets the plane that depth is measured from to the plane of the wood under the pointer. */
   setPlane(): void {
     if (this.readOnly || !this.over) return;
     this.plane = { point: this.over.point.clone(), normal: this.over.normal.clone() };
     select("depth-from").value = "set";
     this.chooseDepthFrom();
   }
-  /** Strokes go in circles about the wood under the pointer. */
+  /** Sets the centre of the circle guide to the wood under the pointer. */
   setCentre(): void {
     if (!this.readOnly && this.over) this.guide.setCentre(this.over);
   }
@@ -257,7 +263,7 @@ export class Hand {
   private get depthFrom(): DepthFrom {
     return select("depth-from").value as DepthFrom;
   }
-  /** Whether this page holds the tool. */
+  /** True if this page controls the tool. */
   get holds(): boolean {
     return this.holding;
   }
@@ -268,12 +274,12 @@ export class Hand {
   }
   private holding = false;
 
-  /** The tool that is held in some page. */
+  /** Shows the tool that is held in any page. */
   show(tool: Tool | null): void {
     this.shown = held(tool);
     this.draw();
   }
-  /** The triangles of the stamp that is held in some page. */
+  /** Shows the triangles of the stamp that is held in any page. */
   showStamp(vertices: Uint8Array, triangles: Uint8Array): void {
     this.stamp.showShape(vertices, triangles);
     this.view.tool.set(null);
@@ -282,7 +288,7 @@ export class Hand {
 
   nudge(id: "size" | "depth", factor: number): void {
     if (this.readOnly) return;
-    // At least by what the slider goes at once.
+    // At least one step of the slider.
     const now = Number(input(id).value),
       step = Number(input(id).step);
     input(id).value = String(
@@ -291,7 +297,7 @@ export class Hand {
     this.chooseTool();
   }
 
-  /** A little further about its axis. */
+  /** Turns the tool by 15 degrees about its axis. */
   turn(): void {
     if (this.readOnly || !TOOLS[this.shape].turns) return;
     input("turn-by").value = String((Number(input("turn-by").value) + 15) % 180);
@@ -299,14 +305,13 @@ export class Hand {
   }
 
   /**
-   * From now on, the pointer's way to the right is the tool's size, or its depth; until it is
-   * pressed.
+   * Until the next press, moving the pointer to the right increases the tool's size or depth.
    */
   startSliding(id: "size" | "depth"): void {
     if (!this.readOnly) this.sliding = { id, x: this.at.x, from: Number(input(id).value) };
   }
 
-  /** The plane through the left and right halves, or none. */
+  /** Switches the mirror plane between left and right on or off. */
   toggleSymmetry(): void {
     if (this.readOnly || this.shape === "mesh") return;
     const boxes = [...element("symmetry").querySelectorAll("input")];
@@ -315,7 +320,7 @@ export class Hand {
     this.chooseSymmetry();
   }
 
-  /** Picks up a brush; the one that is held is laid down, and the tool carves again. */
+  /** Picks up a brush. If that brush is already held, lays it down, and the tool carves again. */
   pick(mode: Mode): void {
     if (this.readOnly || this.stroke) return;
     const wanted = this.mode === mode ? "cut" : mode;
@@ -349,7 +354,7 @@ export class Hand {
   private get mode(): Mode {
     return chosen("mode") as Mode;
   }
-  /** What the brush does that is held; undefined: a tool is. */
+  /** The brush that is held; undefined: a tool is held. */
   private get brush(): (typeof BRUSHES)[Mode] {
     return BRUSHES[this.stroke?.mode ?? this.mode];
   }
@@ -360,7 +365,7 @@ export class Hand {
     return !this.device && (this.stroke?.mode ?? this.mode) === "deposit";
   }
 
-  /** Another shape, with the number it had when it was last held. */
+  /** Changes to another shape, with the number that this shape had when it was last held. */
   private chooseShape(): void {
     const { form, turns, powered, pressed } = TOOLS[this.shape];
     element("forms").hidden = !form;
@@ -390,7 +395,7 @@ export class Hand {
           : "";
     put("size-out", `${this.radius().toFixed(1)} mm${means}`);
     put("depth-out", `${this.depth().toFixed(1)} mm`);
-    // A corner is no wider than the tool.
+    // The corner radius is limited by the tool's width.
     const said = tool.shape === "bull" ? tool.corner : (form?.value ?? 0);
     if (form) put("form-out", `${said.toFixed(form.unit === "mm" ? 1 : 0)} ${form.unit}`);
     this.draw();
@@ -403,7 +408,7 @@ export class Hand {
       tool.shape === "mesh" ? this.stamp.every : null,
     );
     if (tool.shape === "mesh") {
-      // As high and as wide as a ball would be; long enough to go in, or to stand as high as added.
+      // Same height and width as a ball. Long enough for its depth, or for the height that it adds.
       const depth = this.depth(),
         radius = this.radius();
       this.stamp.choose({
@@ -417,7 +422,7 @@ export class Hand {
     }
     if (this.brush && !this.stroke) this.chooseBrush();
   }
-  /** The tool that is chosen, whatever it does. */
+  /** The chosen tool, not yet shortened for adding. */
   private bare(): HeldTool {
     const { form, make } = TOOLS[this.shape];
     if (form) form.value = Number(input("form").value);
@@ -427,7 +432,10 @@ export class Hand {
     const tool = this.bare();
     return this.adds ? shortened(tool, this.depth() + Math.max(this.depth(), this.radius())) : tool;
   }
-  /** The tool that is held: here, as it is chosen; elsewhere, as the studio says. */
+  /**
+   * Draws the tool: the chosen one if this page holds the tool, else the one that the studio
+   * reported.
+   */
   private draw(): void {
     const own = this.brush ? null : this.own(); // a brush is a ring on the wood
     this.view.tool.set(this.holds && !this.readOnly ? own : this.shown);
@@ -437,14 +445,14 @@ export class Hand {
     put("turn-out", `${degrees.toFixed(0)}°`);
     this.send(write.ChooseTurn({ turn: (degrees * Math.PI) / 180 }));
   }
-  /** As bits: 1 normal to x, 2 to y, 4 to z. */
+  /** The mirror planes as bits: 1 normal to x, 2 to y, 4 to z. */
   private planes(): number {
     return [...element("symmetry").querySelectorAll("input")].reduce(
       (all, box) => all + (box.checked ? Number(box.value) : 0),
       0,
     );
   }
-  /** How many times all is done around which axis. */
+  /** The rotational symmetry: the number of copies, and their axis. */
   private around(): { fold: number; axis: number } {
     const fold = Math.min(16, Math.max(1, Math.round(Number(input("fold").value)) || 1));
     return { fold, axis: Number(select("fold-axis").value) };
@@ -459,7 +467,9 @@ export class Hand {
     this.showSymmetry();
     this.send(write.ChooseSymmetry({ planes: this.planes(), fold, axis }));
   }
-  /** A pointer says what its tool does when it presses. */
+  /**
+   * Chooses the mode. A pointer sends it with each press, so only a device needs a message here.
+   */
   private chooseWork(): void {
     const { brush } = this;
     document.body.classList.toggle("brushing", brush !== undefined);
@@ -475,7 +485,7 @@ export class Hand {
     this.chooseBrush();
     if (this.device) this.send(write.ChooseWork({ mode: this.mode }));
   }
-  /** The brush, as it is chosen; `radius` and `strength`: instead of that. */
+  /** Sends the chosen brush. `radius` and `strength` replace the chosen values. */
   private chooseBrush(
     radius = this.radius(),
     strength = Number(input("brush-strength").value) / 100,
@@ -515,7 +525,7 @@ export class Hand {
     );
   }
 
-  /** Which way the tool points there: away from the wood. */
+  /** Direction of the tool's axis at a place, out of the wood. */
   private axisAt(hit: Hit, event: PointerEvent): THREE.Vector3 {
     const how = select("axis").value;
     const axis =
@@ -524,19 +534,19 @@ export class Hand {
         : how === "pen"
           ? this.view.cameras.alongPen(event.tiltX, event.tiltY)
           : hit.normal;
-    // Flatter than that it would go through the wood with its side.
+    // If it were flatter, the tool's side would enter the wood.
     return axis.dot(hit.normal) > 0.15 ? axis.clone() : hit.normal.clone();
   }
 
   /**
-   * The tip, the tool's lowest point, that presses so deep at a place; above it for a depth below
-   * zero.
+   * The tip (the tool's lowest point) at a depth below a place [mm]. A negative depth is above the
+   * place.
    */
   private tipAt(hit: Hit, deep: number): Vec3 {
     return hit.point.clone().addScaledVector(this.axis, -deep).toArray() as Vec3;
   }
 
-  /** `time`: of the event [ms]. */
+  /** Sends the place that the hand aims at. `time`: time of the event [ms]. */
   private aim(hit: Hit, deep: number, time: number): void {
     if (this.device || this.readOnly) return;
     this.there = true;
@@ -544,7 +554,10 @@ export class Hand {
     this.send(write.Aim({ tip: this.aimed, axis: this.axis.toArray() as Vec3, time: time / 1000 }));
   }
 
-  /** How deep: where it adds, so that the tool stands out as much as it else would sink in. */
+  /**
+   * Depth of the tip [mm]. A tool that adds stands out of the wood by the depth that it would
+   * otherwise sink in.
+   */
   private pressed(event: PointerEvent): number {
     if (this.brush) return 0;
     if (this.stroke?.mode === "deposit") return heightOf(this.own()) - this.depth();
@@ -553,8 +566,8 @@ export class Hand {
   }
 
   /**
-   * Where a point of the window meets the plane through a place; null where it looks along the
-   * plane.
+   * Point of the plane through a place that is seen at (x, y) in the window; null if the line of
+   * sight is nearly parallel to the plane.
    */
   private onPlane(x: number, y: number, plane: Hit): Hit | null {
     const ray = this.view.cameras.rayAt(x, y);
@@ -567,7 +580,7 @@ export class Hand {
   }
 
   /**
-   * Where a stroke begins that is pressed there: on the wood, beside it within the tool's radius,
+   * Start of a stroke that is pressed at (x, y): on the wood, next to it within the tool's radius,
    * or anywhere.
    */
   private beginning(x: number, y: number): Hit | null {
@@ -579,7 +592,7 @@ export class Hand {
     const point = this.over?.point ?? this.view.cameras.target;
     return this.onPlane(x, y, { point, normal: this.view.cameras.towardsEye(point) });
   }
-  /** The nearest wood around a point of the window, no farther from it than the tool is wide. */
+  /** The nearest wood around a point of the window, within the tool's radius. */
   private beside(x: number, y: number): Hit | null {
     const max =
       this.radius() / this.view.cameras.perPixel(this.over?.point ?? this.view.cameras.target);
@@ -608,7 +621,7 @@ export class Hand {
       this.sliding = null;
       return event.stopImmediatePropagation();
     }
-    // Another finger looks.
+    // Another finger turns the view.
     const first = event.pointerType !== "touch" || event.isPrimary || this.second.working;
     const begins = first && event.button === 0 && this.holds && !this.stroke && !this.readOnly;
     if (begins && this.takesUp(event.clientX, event.clientY)) {
@@ -616,9 +629,9 @@ export class Hand {
       return;
     }
     const hit = begins ? this.beginning(event.clientX, event.clientY) : null;
-    if (!hit) return; // beside it: the view turns
+    if (!hit) return; // not on the piece: the view turns
     if (this.device) {
-      // Clear of the wood; the view may turn.
+      // Above the wood. The view may turn.
       this.axis = hit.normal.clone();
       return this.send(write.BringTool({ tip: this.tipAt(hit, -1) }));
     }
@@ -626,7 +639,7 @@ export class Hand {
     this.press(event, hit);
   }
 
-  /** A stroke begins there. */
+  /** Begins a stroke. */
   private press(event: PointerEvent, hit: Hit): void {
     this.canvas.focus();
     this.canvas.setPointerCapture(event.pointerId);
@@ -635,7 +648,7 @@ export class Hand {
     const adds = this.mode === "cut" && (event.ctrlKey || event.altKey);
     const mode = event.shiftKey ? "smooth" : adds ? "deposit" : this.mode;
     const goes = BRUSHES[mode]?.goes;
-    // What is dragged goes in the plane across the view.
+    // A dragged surface moves in the plane across the view.
     const across = { point: hit.point.clone(), normal: this.view.cameras.towardsEye(hit.point) };
     let plane = this.depthFrom === "held" ? hit : this.depthFrom === "set" ? this.plane : null;
     if (BRUSHES[mode]) plane = goes ? across : null;
@@ -655,7 +668,7 @@ export class Hand {
     if (mode === "turn") this.view.showWheel(true, true);
     if (mode !== this.mode) {
       this.chooseTool();
-      // With Shift, an edge goes in a stroke or two.
+      // With Shift, one or two strokes smooth an edge away.
       if (this.brush) this.chooseBrush(SHIFT_WIDTH * this.radius(), 1);
     }
     this.axis = this.axisAt(goes ? hit : at, event);
@@ -674,7 +687,10 @@ export class Hand {
       setTimeout(() => this.stroke?.time === event.timeStamp && this.strike(), BLOW_AFTER_MS);
   }
 
-  /** Two fingers look; what the first began was not meant, and the view is told of it now. */
+  /**
+   * Two fingers turn the view. Cancels the stroke of the first finger and passes that finger to the
+   * view.
+   */
   private handToView(): void {
     const { pointer, x, y } = this.stroke!;
     this.send(write.Cancel());
@@ -712,8 +728,7 @@ export class Hand {
   }
 
   /**
-   * A stroke goes where the pointer was, by every event that the browser has put together, each at
-   * its own time.
+   * Continues the stroke through every event that the browser has coalesced, each at its own time.
    */
   private follow(event: PointerEvent): void {
     const stroke = this.stroke!;
@@ -737,7 +752,8 @@ export class Hand {
     } else {
       at = this.view.hit(x, y, this.depthFrom === "began" && !this.brush);
       if (at) stroke.wood = at;
-      // Beside the wood the path goes on along the plane it left, so that the tool comes out of it.
+      // Off the wood, the path continues in the plane that it left, so that the tool comes out of
+      // the wood.
       else at = this.onPlane(x, y, stroke.wood);
       if (
         at &&

@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: MIT
-// Tells the person why the tool cuts nothing: it has no room, or the wood holds it back.
+// Explains to the user why the tool cuts nothing: it has no room, or the wood holds it back.
 import { notify } from "../base/notice";
 import type { Vec3 } from "../base/vec3";
 import type { State } from "../connection/messages";
 import type { Hand } from "./hand";
 
-/** A stroke that removes nothing for so long, though it is pressed, is explained. */
+/** A pressed stroke that removes nothing for this time is explained. */
 const STILL_MS = 1500;
 
 export class Hindered {
-  private blocked = false; // as the studio said last
+  private blocked = false; // from the last report of the studio
   private removed = 0;
-  private since = 0; // when `removed` changed, or the tool was where it is wanted [ms]
+  private since = 0; // last time that `removed` changed or the tool was at its target [ms]
 
   constructor(private hand: Hand) {}
 
-  /** tip: as of the last tick. */
+  /** `tip`: position in the last tick. */
   follow(s: State, tip: Vec3): void {
     const blocked = s.blocked !== 0;
     if (blocked && !this.blocked)

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// What both hands make of a pointer's events.
+// Functions of both hands that turn a pointer's events into a path.
 import type * as THREE from "three";
 
 /**
- * The events that the browser has put together, those after `stroke.time` [ms], which follows them:
- * the same events come raw and with the next frame.
+ * The coalesced events after `stroke.time` [ms]. Updates `stroke.time`, because the same events
+ * arrive twice: raw and with the next frame.
  */
 export function* newEvents(event: PointerEvent, stroke: { time: number }): Generator<PointerEvent> {
   const all = event.getCoalescedEvents?.() ?? [];
@@ -16,8 +16,8 @@ export function* newEvents(event: PointerEvent, stroke: { time: number }): Gener
 }
 
 /**
- * Turns a tool's axis towards another one. A hand does not turn at once where the surface does: it
- * takes half the tool's radius of the way, however fast the hand goes [mm].
+ * Turns a tool's axis towards another axis. A hand does not turn as suddenly as the surface. The
+ * turn takes half the tool's radius of path [mm], at any speed.
  */
 export const turnTowards = (
   axis: THREE.Vector3,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The second hand: another finger, or the pointer where a force device holds the first tool. It
-// works beside the first, with a tool of its own; what both do until both are lifted is one stroke.
+// works in parallel with the first and has its own tool. One stroke holds the work of both, until
+// both are lifted.
 import * as THREE from "three";
 import { element, input, put, select } from "../base/dom";
 import type { Mode } from "../connection/kinds";
@@ -12,24 +13,24 @@ import type { View } from "../view/view";
 import type { Vec3 } from "../base/vec3";
 import { newEvents, turnTowards } from "./pointer_path";
 
-/** What it needs of the first hand. */
+/** The part of the first hand that the second hand needs. */
 export interface FirstHand {
-  /** The tool that is chosen now. */
+  /** The chosen tool. */
   own(): HeldTool;
   depth(): number;
   radius(): number;
   working(): boolean;
-  /** How a tool leads itself that goes so deep [mm]. */
+  /** How a leading tool enters and leaves, for a depth [mm]. */
   leading(leads: boolean, depth: number): { lead: number; entry: number; lift: number };
-  /** Where a stroke begins that is pressed there: on the wood, or beside it. */
+  /** Start of a stroke that is pressed at (x, y): on the wood or next to it. */
   beginning(x: number, y: number): Hit | null;
-  /** Where a point of the window meets the plane through a place. */
+  /** Point of the plane through a place that is seen at (x, y) in the window. */
   onPlane(x: number, y: number, plane: Hit): Hit | null;
 }
 
 export class SecondHand {
-  private tool: HeldTool | null = null; // that was given to it
-  private used: HeldTool | null = null; // the same, as it works at this depth
+  private tool: HeldTool | null = null; // the tool that the user gave to this hand
+  private used: HeldTool | null = null; // the same tool, shortened for this depth if it adds
   private depth = 0;
   private stroke: {
     pointer: number;
@@ -37,7 +38,7 @@ export class SecondHand {
     wood: Hit;
     axis: THREE.Vector3;
     time: number;
-    /** Whether it began to look at the wood as it was; else the first hand did. */
+    /** True if this hand began the stroke; else the first hand did. */
     looks: boolean;
   } | null = null;
 
@@ -58,7 +59,7 @@ export class SecondHand {
   get mode(): Mode {
     return select("second-mode").value as Mode;
   }
-  /** Whether there is one. */
+  /** True if there is a second hand. */
   get there(): boolean {
     return this.mode !== "off";
   }
@@ -66,13 +67,13 @@ export class SecondHand {
     return this.stroke !== null;
   }
 
-  /** The first hand's tool; a press is not held in the second, and a ball is taken for a stamp. */
+  /** The first hand's tool. The second hand cannot hold a stamp and gets a ball instead. */
   private taken(): HeldTool {
     const tool = this.first.own();
     return tool.shape === "mesh" ? TOOLS.ball.make(this.first.radius(), 0) : tool;
   }
 
-  /** What is chosen, to the studio. */
+  /** Sends the choices to the studio. */
   choose(): void {
     this.lift();
     const { there } = this,
@@ -92,11 +93,11 @@ export class SecondHand {
       }),
     );
   }
-  /** Perhaps another depth. It is told before a stroke: during one, what is told ends it. */
+  /** Sends a changed depth, but not during a stroke, because the message would end it. */
   deepen(): void {
     if (this.there && !this.stroke && this.depth !== this.first.depth()) this.choose();
   }
-  /** Another document: nothing is under way, and there is none. */
+  /** Resets for another document. It has no second hand. */
   begin(): void {
     this.stroke = null;
     this.tool = null;
@@ -104,7 +105,7 @@ export class SecondHand {
     element("second-tool").hidden = true;
     this.show(null);
   }
-  /** As the studio says; null: there is none. */
+  /** Shows the second hand that the studio reported; null: there is none. */
   show(told: Told | null): void {
     const there = told !== null && told.there !== 0;
     for (const id of ["second-force", "second-newtons"]) element(id).hidden = !there;
@@ -118,7 +119,7 @@ export class SecondHand {
     if (told && there) put("second-newtons", `${Math.hypot(...told.force).toFixed(1)} N`);
   }
 
-  /** Whether a press there is this hand's. */
+  /** Begins a stroke of this hand. Returns false if the press does not belong to it. */
   down(event: PointerEvent): boolean {
     if (!this.there || this.stroke) return false;
     const hit = this.first.beginning(event.clientX, event.clientY);
@@ -146,14 +147,14 @@ export class SecondHand {
     return true;
   }
 
-  /** Whether this pointer is the hand's. */
+  /** Continues the stroke. Returns false if the pointer does not belong to this hand. */
   follow(event: PointerEvent): boolean {
     const { stroke } = this;
     if (!stroke || event.pointerId !== stroke.pointer) return false;
     for (const one of newEvents(event, stroke)) {
       const at = this.view.hit(one.clientX, one.clientY, true);
       if (at) stroke.wood = at;
-      // Beside the wood the path goes on along the plane it left.
+      // Off the wood, the path continues in the plane that it left.
       const next = at ?? this.first.onPlane(one.clientX, one.clientY, stroke.wood);
       if (next) {
         const way = next.point.distanceTo(stroke.last.point);
@@ -171,7 +172,7 @@ export class SecondHand {
     return true;
   }
 
-  /** The first hand lets go: whether this one goes on. */
+  /** The first hand has lifted. Returns true if this hand continues the stroke. */
   goesOn(): boolean {
     if (!this.stroke) return false;
     return (this.stroke.looks = true);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// How strokes behave: guides that keep them on a line, a circle or the way of another stroke, a
-// string that steadies the hand, and tools that lead themselves. What is chosen goes to the studio,
-// which guides the strokes (kibori/motion/stroke_guide.h); here it is chosen and drawn.
+// Guides of strokes: a line, a circle, or the path of an earlier stroke; a string that steadies the
+// hand; leading tools. The studio applies them (kibori/motion/stroke_guide.h). This file chooses
+// and draws them.
 import * as THREE from "three";
 import { element, input, put, select } from "../base/dom";
 import { write } from "../connection/messages";
@@ -9,17 +9,20 @@ import type { Hit } from "../view/pick";
 import type { View } from "../view/view";
 import type { Vec3 } from "../base/vec3";
 
-/** As the studio numbers them. */
+/** In the order of the studio's numbers. */
 const GUIDES = ["none", "line", "circle", "curve"];
-/** Points of a stroke are kept so far apart, in parts of the size of the piece, and so many at most. */
+/**
+ * Distance between the stored points of a stroke, as a share of the size of the piece, and their
+ * max count.
+ */
 const APART = 1 / 400,
   MOST = 5000;
-/** A tool that leads goes in over so many depths, and from so far above the wood [mm]. */
+/** A leading tool enters over a path of ENTRY depths, and starts ABOVE the wood [mm]. */
 const ENTRY = 2.5,
   ABOVE = 0.5;
 
 export class StrokeGuide {
-  /** The way of the stroke that was made last, on the wood, and of the one that is being made. */
+  /** The path of the last stroke on the wood, and of the current one. */
   private last: THREE.Vector3[] = [];
   private making: THREE.Vector3[] = [];
   private curve: THREE.Vector3[] = [];
@@ -41,7 +44,7 @@ export class StrokeGuide {
     view.showAid(this.drawn);
   }
 
-  /** Another document. */
+  /** Resets for another document. */
   begin(): void {
     this.last = [];
     this.curve = [];
@@ -51,7 +54,7 @@ export class StrokeGuide {
   }
 
   /**
-   * The tool that is held, and how deep it goes; `every`: of a stamp, how far it is from one place
+   * Sets the properties of the held tool and its depth. `every`: distance from one print of a stamp
    * to the next [mm].
    */
   hold(leads: boolean, depth: number, brush: boolean, every: number | null): void {
@@ -67,15 +70,15 @@ export class StrokeGuide {
     this.choose();
   }
 
-  /** How far from the hand the tool may be, though nothing holds it [mm]. */
+  /** Distance that a guide allows between the hand and a tool that nothing holds back [mm]. */
   get slack(): number {
     if (this.kind > 0 || this.stamps) return Infinity;
     const { lead, entry, lift } = this.leading(this.leads, this.held.depth);
     return this.steady + (lead ? entry + lift : 0);
   }
   /**
-   * Of a tool that leads itself, if it may: over what way it goes in, and from how high above its
-   * path [mm].
+   * For a leading tool, if allowed: the length of path over which it enters, and its start height
+   * above the path [mm].
    */
   leading(leads: boolean, depth: number): { lead: number; entry: number; lift: number } {
     const deep = Math.max(0.2, depth);
@@ -99,7 +102,7 @@ export class StrokeGuide {
     return this.held.every !== null && !this.held.brush;
   }
 
-  /** A stroke begins there on the wood, goes on, and ends. */
+  /** press, follow and lift: a stroke begins on the wood, continues, and ends. */
   press(at: Hit): void {
     this.making = [at.point.clone()];
     if (select("guide").value !== "circle") return;
@@ -117,14 +120,14 @@ export class StrokeGuide {
     this.making = [];
   }
 
-  /** The circle's centre is there from now on. */
+  /** Sets the circle's centre. */
   setCentre(at: Hit): void {
     this.centre = { point: at.point.clone(), normal: at.normal.clone() };
     select("guide").value = "circle";
     this.choose();
   }
 
-  /** Sends what is chosen. */
+  /** Sends the choices to the studio. */
   choose(): void {
     const guide = select("guide").value;
     element("snaps").hidden = guide !== "line";
@@ -153,7 +156,7 @@ export class StrokeGuide {
     this.draw(null);
   }
 
-  /** The curve, or the circle through a place: a little in front of the wood. */
+  /** Draws the curve, or the circle through a place, slightly in front of the wood. */
   private draw(through: THREE.Vector3 | null): void {
     for (const line of this.drawn.children) (line as THREE.Line).geometry.dispose();
     this.drawn.clear();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The history as a strip: the way from the stock to where the document stands, and on to where it
-// was last. Strokes of one tool stand together in a group, which opens; lines above show where
-// branches leave. Only what is in view is in the page, and only its pictures are asked for.
+// The history as a strip: the path from the stock to the current step, and on to the last step
+// before an undo. Strokes of one tool form a group that can be opened. Lines above show where
+// branches leave. Only the visible part has elements and requests pictures.
 import { request } from "../connection/access";
 import { isAction, MOVED, StepTree, type Branch, type Group, type Step } from "./steps";
 import { BRUSHES } from "../tools/brushes";
@@ -11,28 +11,28 @@ import { TOOLS, held, iconOf, sizeOf } from "../tools/tools";
 interface Item {
   key: string;
   group: Group;
-  step: Step; // a group's: the newest
-  steps: Step[]; // that it stands for: a step's with those before it in which the tool only moved
-  whole: boolean; // it is a group
+  step: Step; // for a group: its newest step
+  steps: Step[]; // its steps, or a step and the moves without effect before it
+  whole: boolean; // the item is a group
   open: boolean;
-  single: boolean; // a step that is a group by itself
+  single: boolean; // a group of a single step
   x: number;
   width: number;
-  branches: Branch[] | null; // null: not looked for yet
+  branches: Branch[] | null; // null: not computed yet
 }
 
 const STEP_PX = 76,
   GROUP_PX = 164,
   OPEN_PX = 112,
   APART_PX = 4;
-const BESIDE_PX = 200; // cells so far out of view are there, too
-// Of the lines above the cells: the way runs below, the ends of branches lie in lanes above it.
+const BESIDE_PX = 200; // cells within this distance of the visible part also have elements
+// Lines above the cells: the path is below, and the ends of branches are in lanes above it.
 const WAY_Y = 32,
   LANES_Y = [8, 20],
   TREE_PX = 40,
   DOT_PX = 13;
-const MAX_PICTURES = 500; // kept in the page
-const LATER_MS = [3000, 10000]; // when a picture that another page draws is asked for
+const MAX_PICTURES = 500; // stored in the page
+const LATER_MS = [3000, 10000]; // delay before a picture that another page draws is requested again
 
 const SVG = "http://www.w3.org/2000/svg";
 function svg<K extends keyof SVGElementTagNameMap>(
@@ -57,7 +57,7 @@ function volume(removed: number): string {
     ? `${sign}${(size / 1000).toFixed(size < 10000 ? 1 : 0)} cm³`
     : `${sign}${size.toFixed(size < 10 ? 1 : 0)} mm³`;
 }
-/** The time of day; of another day with its date. */
+/** The time of day, with the date if it is another day. */
 function time(made: number, whole = false): string {
   if (made === 0) return "";
   const at = new Date(1000 * made),
@@ -73,10 +73,10 @@ function toolName(step: Step): string {
   if (step.mode === "deposit") return `${tool}, adds`;
   if (step.mode === "press") return `${tool}, presses`;
   if (step.mode === "throw" || step.mode === "turn") return `${tool}, on the wheel`;
-  // What a brush did; the tool only carried it.
+  // The name of the brush. A tool only carries it.
   return BRUSHES[step.mode]?.name ?? tool;
 }
-/** What made a step: the stock, an action, which has a label of its own, or a tool. */
+/** The origin of a step: the stock, an action with its own label, or a tool. */
 const toolOf = (step: Step): string =>
   step.parent === 0 ? "Stock" : isAction(step) ? "" : toolName(step);
 function wordsOf(...parts: HTMLElement[]): HTMLElement {
@@ -85,28 +85,28 @@ function wordsOf(...parts: HTMLElement[]): HTMLElement {
   words.append(...parts);
   return words;
 }
-/** The stock, and tools that pages do not know, have that of a block. */
+/** The stock, and tools that this page does not know, have the icon of a block. */
 const toolIcon = (step: Step): string => iconOf(held(step.tool)?.shape ?? "box");
 
 export class History {
   private tree = new StepTree();
   private names = new Map<number, string>();
-  private document = 0; // counts
+  private document = 0; // increases with each document
   private pictures = new Map<number, string>();
   private asked = new Set<number>();
-  /** Pictures that another camera took. */
+  /** Steps whose picture was taken by another camera. */
   private foreign = new Set<number>();
   private items: Item[] = [];
-  private present: Item | undefined; // where the document stands
+  private present: Item | undefined; // the current step
   private forked = false; // there is a branch
   private onWay = new Set<number>();
-  private toggled = new Map<number, boolean>(); // groups, by their first steps, that a person opened or closed
+  private toggled = new Map<number, boolean>(); // user's choice, by first step
   private cells = new Map<string, { cell: HTMLButtonElement; look: string }>();
-  private focus = ""; // the item that Tab comes to; empty: the present
+  private focus = ""; // the item that Tab focuses; empty: the current one
   private due = false;
-  private changed = false; // what the strip shows, not only which part of it
+  private changed = false; // the content of the strip has changed, not only the visible part
   private centre = false;
-  private moved = false; // the document stands elsewhere than when all was laid out
+  private moved = false; // the current step has changed since the last layout
   private scroller = document.createElement("div");
   private inner = document.createElement("div");
   private lines = svg("svg", { class: "tree" });
@@ -127,7 +127,7 @@ export class History {
     more.onclick = name;
     into.append(this.scroller, more);
     this.scroller.addEventListener("scroll", () => this.redraw(false));
-    // A wheel that only turns one way goes along the strip.
+    // A mouse wheel with one axis scrolls along the strip.
     this.scroller.addEventListener("wheel", (event) => {
       if (event.deltaX !== 0 || event.shiftKey) return;
       event.preventDefault();
@@ -197,7 +197,7 @@ export class History {
     this.redraw();
   }
 
-  /** Whether a picture of the step by the page's own camera is missing. */
+  /** True if the step has no picture by this page's camera. */
   wants(step: number): boolean {
     const own = this.tree.get(step);
     return own !== undefined && (own.picture !== step || this.foreign.has(step));
@@ -231,7 +231,7 @@ export class History {
     const seen: Item[] = [];
     for (let i = first; i < this.items.length && this.items[i].x <= to; i++)
       seen.push(this.items[i]);
-    // Keys come to them wherever they are.
+    // The keyboard must reach them even outside the visible part.
     const stop = this.items.find((item) => item.key === this.focus) ?? present;
     const there = new Set(seen);
     if (stop) there.add(stop);
@@ -241,8 +241,8 @@ export class History {
         cell.remove();
         this.cells.delete(key);
       }
-    // In the order of the strip, for those who hear it read. A cell that stays is not moved: that
-    // would take its focus.
+    // In the order of the strip, for screen readers. A cell that stays is not moved, because it
+    // would lose its focus.
     let place = this.lines.nextSibling;
     for (const item of [...there].sort((a, b) => a.x - b.x)) {
       const cell = this.show(item, item === stop);
@@ -252,7 +252,7 @@ export class History {
     this.drawTree(seen, first);
   }
 
-  /** Where everything is. */
+  /** Computes the layout of the strip. */
   private layOut(): void {
     const way = this.tree.way();
     this.onWay = new Set(way.map((step) => step.id));
@@ -274,8 +274,7 @@ export class History {
       x += width + APART_PX;
     };
     for (const group of this.tree.groups(way, (step) => this.names.has(step.id))) {
-      // A step in which the tool only moved has a cell only where the document stands there or it
-      // has a name.
+      // A step that only moved the tool has a cell only if it is the current step or has a name.
       const cells: { step: Step; steps: Step[] }[] = [];
       let moved: Step[] = [];
       for (const step of group.steps) {
@@ -367,7 +366,7 @@ export class History {
     return cell;
   }
 
-  /** url: of the picture of step `picture`, which may be an earlier one; 0: there is none. */
+  /** `url`: of the picture of step `picture`, which may be an earlier step; 0: no picture. */
   private pictureOf(step: Step, picture: number, url: string | undefined): HTMLElement {
     const shown = document.createElement("span");
     shown.className = "shown";
@@ -376,7 +375,7 @@ export class History {
       image.src = url;
       image.alt = "";
       shown.append(image);
-      // It stands for a later one.
+      // The picture of an earlier step represents this one.
       shown.classList.toggle("earlier", picture !== step.id);
     }
     if (!url || picture !== step.id) shown.insertAdjacentHTML("beforeend", toolIcon(step));
@@ -436,7 +435,7 @@ export class History {
     cell.replaceChildren(shown, words);
   }
 
-  /** The way as a line, and the branches that leave it, above what is in view. */
+  /** Draws the path as a line, and the branches that leave it, above the visible part. */
   private drawTree(seen: Item[], first: number): void {
     const held = document.activeElement?.closest<SVGElement>("#history .branch")?.dataset.tip;
     this.lines.replaceChildren();
@@ -481,7 +480,10 @@ export class History {
     if (held) this.lines.querySelector<SVGElement>(`[data-tip="${held}"]`)?.focus();
   }
 
-  /** The branches that leave a cell at x, in so many columns: the lines to them, and their ends. */
+  /**
+   * Draws the branches that leave a cell at x: the lines to them and their ends, in `columns`
+   * columns.
+   */
   private drawBranches(
     item: Item,
     all: Branch[],
@@ -489,13 +491,13 @@ export class History {
     columns: number,
   ): { curves: SVGElement[]; dots: SVGElement[] } {
     const places = LANES_Y.length * columns;
-    // Where there is no room for all, the last place stands for the oldest ones.
+    // If there is no room for all, the last place represents the oldest ones.
     const shown = all.length <= places ? all : all.slice(all.length - places + 1);
     const hidden = all.length - shown.length;
     const curves: SVGElement[] = [],
       dots: SVGElement[] = [];
     const add = (branch: Branch, k: number, title: string, ...marks: SVGElement[]): void => {
-      // The newest nearest, low lane first.
+      // The newest branch is the nearest. The low lane is filled first.
       const dx = x + 16 + DOT_PX * Math.floor(k / LANES_Y.length),
         dy = LANES_Y[LANES_Y.length - 1 - (k % LANES_Y.length)];
       curves.push(
@@ -531,7 +533,7 @@ export class History {
     }
     return { curves, dots };
   }
-  /** A button at the end of a branch that leaves a cell. */
+  /** Makes the button at the end of a branch. */
   private branchEnd(
     { key }: Item,
     { tip }: Branch,
@@ -556,11 +558,11 @@ export class History {
     return g;
   }
 
-  /** Arrows go along the strip, up to the branches that leave a cell, and back down. */
+  /** Arrow keys move along the strip, up to the branches of a cell, and back down. */
   private press(event: KeyboardEvent): void {
     const at = event.target as HTMLElement | SVGElement;
     if (event.ctrlKey || event.altKey || event.metaKey) return;
-    // A cell is pressed by them, and nothing else is.
+    // These keys press the cell and have no other effect.
     if (event.key === "Enter" || event.key === " ") event.stopPropagation();
     const branch = at.closest<SVGElement>(".branch");
     const along: Record<string, number> = { ArrowLeft: -1, ArrowRight: 1 };
@@ -621,14 +623,17 @@ export class History {
   }
 }
 
-/** Whether the picture's corner is covered, as that of none is that the page draws. */
+/**
+ * True if the picture's corner is opaque. The corner of a picture that the page draws is
+ * transparent.
+ */
 async function hasGround(png: Blob): Promise<boolean> {
   const canvas = document.createElement("canvas"),
     into = canvas.getContext("2d")!;
   try {
     into.drawImage(await createImageBitmap(png), 0, 0);
   } catch {
-    return true; // it is no picture, and is drawn anew
+    return true; // it is not a picture; a new one is drawn
   }
   return into.getImageData(0, 0, 1, 1).data[3] > 0;
 }

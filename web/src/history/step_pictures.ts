@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Takes a small picture of each new step once the view is at rest, for the history and the document;
-// all by one camera.
+// Takes a small picture of each new step once the view is at rest, for the history and the
+// document. One camera takes them all.
 import { write } from "../connection/messages";
 import type { View } from "../view/view";
 import type { History } from "./history";
@@ -9,20 +9,22 @@ const WAIT_MS = 600;
 const TRIES = 20;
 const WIDTH = 128,
   HEIGHT = 96; // [pixels]
-const MAX_BYTES = 65536; // that the studio takes
+const MAX_BYTES = 65536; // limit of the studio
 
 export class StepPictures {
-  private step = 0; // where the document is
+  private step = 0; // the current step
 
   constructor(
     private view: View,
     private history: History,
     private send: (message: Uint8Array) => void,
-    /** Whether the piece is shown as it is, and at rest; whether this page may keep pictures. */
+    /**
+     * True if the view shows the piece unchanged and at rest; true if this page may store pictures.
+     */
     private when: { rests: () => boolean; may: () => boolean },
   ) {}
 
-  /** The document is at another step; 0: at none. */
+  /** The current step has changed; 0: there is none. */
   goTo(step: number): void {
     this.step = step;
     if (step !== 0) this.soon(step);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The tree of what was done, as Steps tells it: the way through it that is shown, the groups of
-// strokes along that way, and the branches beside it. Nothing here knows the page.
+// The tree of steps, from the message Steps: the path through it that the strip shows, the groups
+// of strokes along the path, and the branches next to it. This file is independent of the page.
 import type { Mode, Tool } from "../connection/kinds";
 import { Reader } from "../connection/wire";
 
@@ -8,39 +8,39 @@ export interface Step {
   id: number;
   parent: number;
   removed: number; // [mm^3]; negative: added
-  made: number; // [s since 1970]; 0: not known
-  tool: Tool | null; // null: the stock, what is done with bodies, and tools that pages do not know; steps of one tool share it
-  mode: Mode; // off: the tool only moved
+  made: number; // [s since 1970]; 0: unknown
+  tool: Tool | null; // null: the stock, actions on bodies, unknown tools; steps share it
+  mode: Mode; // `off`: the tool only moved
   label: string;
   next: number[];
-  /** The nearest step on the way here that has a picture, itself first; 0: none has. */
+  /** The nearest step with a picture on the path to this step, or this step itself; 0: none. */
   picture: number;
 }
 
-/** Steps along the way that one tool, all its numbers alike, made within five minutes, all cutting or all filling; the stock,
- * too, is a group. */
+/** Consecutive steps of one tool with the same numbers, made within five minutes. All cut, or all
+ * fill. The stock is also a group. */
 export interface Group {
   steps: Step[];
-  mode: Mode; // of those that did not only move
+  mode: Mode; // number of steps in which the tool did not only move
 }
 
-/** The end of a branch that leaves the way. */
+/** The end of a branch that leaves the path. */
 export interface Branch {
   tip: Step;
-  strokes: number; // from where it leaves
+  strokes: number; // counted from the step at which it leaves
 }
 
 const GROUP_S = 300;
 /** The mode of a step in which the tool only moved. */
 export const MOVED: Mode = "off";
 
-/** Whether it is no stroke, but what was done with bodies; its label says what. */
+/** True if the step is not a stroke but an action on bodies. Its label describes it. */
 export const isAction = (step: Step): boolean => step.tool === null && step.label !== "";
 
 export class StepTree {
   private steps = new Map<number, Step>();
-  private tools = new Map<string, Tool | null>(); // by their text
-  /** Of a step that was gone back to: the one it was gone back from. */
+  private tools = new Map<string, Tool | null>(); // by the tool's text
+  /** For each step that an undo went back to: the step before the undo. */
   private last = new Map<number, number>();
   head = 0;
 
@@ -91,7 +91,7 @@ export class StepTree {
   }
 
   setHead(step: number): void {
-    // As redo goes: where it was gone back from. A step's number is above its parent's.
+    // The child that redo goes to. A step's number is greater than its parent's.
     const way: Step[] = [];
     let at = this.steps.get(this.head);
     for (; at && at.id > step; at = this.steps.get(at.parent)) way.push(at);
@@ -99,19 +99,19 @@ export class StepTree {
     this.head = step;
   }
 
-  /** The step has a picture from now on. */
+  /** Marks a step as having a picture. */
   setPictured(step: number): void {
     const own = this.steps.get(step);
     if (!own || own.picture === step) return;
     const before = own.picture;
     own.picture = step;
-    // Parents come before what follows them.
+    // Parents come before their children.
     for (const other of this.steps.values())
       if (other.id > step && other.picture === before)
         other.picture = this.steps.get(other.parent)?.picture ?? 0;
   }
 
-  /** From the stock to the head, and on to where the document was last. */
+  /** The path from the stock to the head, and on to the last step before an undo. */
   way(): Step[] {
     const way: Step[] = [];
     for (let at = this.steps.get(this.head); at; at = this.steps.get(at.parent)) way.push(at);
@@ -123,7 +123,7 @@ export class StepTree {
     return way;
   }
 
-  /** `ends` says whether a group ends with a step, as where it has a name. */
+  /** `ends` is true for a step that ends a group, for example because it has a name. */
   groups(way: Step[], ends: (step: Step) => boolean): Group[] {
     const groups: Group[] = [];
     let ended = true;
@@ -148,7 +148,7 @@ export class StepTree {
     return groups;
   }
 
-  /** The ends of all branches that leave the way at a step, newest last. */
+  /** The ends of all branches that leave the path at a step, newest last. */
   branches(step: Step, onWay: Set<number>): Branch[] {
     const found: Branch[] = [];
     const open = step.next.filter((id) => !onWay.has(id)).map((id) => ({ id, before: 0 }));
@@ -161,7 +161,7 @@ export class StepTree {
     return found.sort((a, b) => a.tip.id - b.tip.id);
   }
 
-  /** Whether there is any branch. */
+  /** True if there is a branch. */
   get forked(): boolean {
     for (const step of this.steps.values()) if (step.next.length > 1) return true;
     return false;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The bodies of a document: their list, what is done with them, and the two gestures for it, a line
-// drawn across the piece that cuts it, and a body that is moved or turned. What a gesture comes to is
-// sent as one action, which the history then has.
+// The bodies of a document: their list, the actions on them, and the gestures for these. A line
+// drawn across the piece cuts it; a drag moves or turns a body. Each gesture is sent as one action,
+// which becomes a step of the history.
 import * as THREE from "three";
 import { element, input, put, select } from "../base/dom";
 import { notify } from "../base/notice";
@@ -19,19 +19,25 @@ const HELP: Record<Gesture, string> = {
   mask: "Paint over what nothing is to cut; with Alt, over what may be cut again. As wide as the tool. Escape ends it.",
 };
 
-/** So far a drawn line may lie beside the straight one between its ends to be one [of its length]. */
+/** A drawn line is straight if it deviates from its chord by at most this share of its length. */
 const STRAIGHT = 0.02;
-/** Ends so near to each other close a line [pixels], if it is so many times as long. */
+/**
+ * A line is closed if its ends are within CLOSES_PX [pixels] and it is at least CLOSES_TIMES as
+ * long.
+ */
 const CLOSES_PX = 16,
   CLOSES_TIMES = 5;
-/** A line is drawn again through places that it passes no farther away from than so [pixels]. */
+/** Tolerance of a simplified line [pixels]. */
 const LINE_PX = 0.7;
 const LEAST_LINE_PX = 8;
 const TURN_PER_PIXEL = 0.01; // [rad]
-/** Places of a mask's stroke are so far apart [its radii]; the studio takes no more than so many. */
+/**
+ * Distance between the points of a mask's stroke [its radii], and the studio's limit of their
+ * count.
+ */
 const MASK_APART = 0.2,
   MASK_PLACES = 4096;
-const MASK = "Mask"; // as the studio calls it
+const MASK = "Mask"; // the studio's name for a mask
 
 const mm = (x: number): string => String(Number(x.toPrecision(2)));
 const shortVolume = (mm3: number): string =>
@@ -46,7 +52,7 @@ function beside(p: Point, a: Point, b: Point): number {
     : apart(p, a);
 }
 
-/** Fewer places of a line, that it passes within `within` (Ramer, Douglas and Peucker). */
+/** Simplifies a line with the tolerance `within` (Ramer, Douglas and Peucker). */
 export function fewer(line: Point[], within: number): Point[] {
   let far = 0,
     at = 0;
@@ -66,21 +72,21 @@ const NO_GO = `<svg viewBox="0 0 20 20" aria-hidden="true"><path d="M10 2.5l6.5 
 export class Bodies {
   private all: Body[] = [];
   private active = 1;
-  /** Others that are ticked: what a verb does, it does with these. */
+  /** Other ticked bodies. Actions include them. */
   private ticked = new Set<number>();
   private gesture: Gesture | null = null;
   private drag: {
     pointer: number;
     line: Point[];
-    /** Of a body that is moved: through where it was taken hold of, across the view. */
+    /** For a moved body: the plane through the point where the drag began, across the view. */
     plane: THREE.Plane;
     from: THREE.Vector3;
     by: THREE.Matrix4;
-    /** Of a mask: on the wood; and whether it is taken away. */
+    /** For a mask: points on the wood, and whether the stroke removes from the mask. */
     places: THREE.Vector3[];
     away: boolean;
   } | null = null;
-  private remaining = false; // what remains is shown
+  private remaining = false; // the remaining material is shown in colours
   private drawn = element("drawn-line").querySelector("polyline")!;
 
   constructor(
@@ -89,7 +95,7 @@ export class Bodies {
     private send: (message: Uint8Array) => void,
     private holds: () => boolean,
     private bring: (file: File, longest: number) => void,
-    /** What else is shown in colours is not, from now on. */
+    /** Ends other displays that colour the surface. */
     private otherColours: () => void,
   ) {
     const file = input("body-file");
@@ -122,11 +128,11 @@ export class Bodies {
       );
   }
 
-  /** The one that strokes go to. */
+  /** The active body, which strokes change. */
   get activeBody(): number {
     return this.active;
   }
-  /** Another document. */
+  /** Resets for another document. */
   begin(): void {
     this.take(null);
     this.all = [];
@@ -135,7 +141,7 @@ export class Bodies {
     this.remains({ max: 0, mean: 0, volume: 0, scale: 0 });
   }
 
-  /** What the studio said. */
+  /** Takes the list that the studio reported. */
   set(active: number, json: string): void {
     this.all = readBodies(json);
     this.active = active;
@@ -145,13 +151,13 @@ export class Bodies {
     this.draw();
   }
 
-  /** Strokes go to the next body of the list. */
+  /** Makes the next body of the list the active one. */
   next(): void {
     const at = this.all.findIndex((body) => body.id === this.active);
     if (this.all.length > 1) this.choose(this.all[(at + 1) % this.all.length].id);
   }
 
-  /** What the next drag on the piece does; null: the tool works again. */
+  /** Chooses what the next drag on the piece does; null: the tool works again. */
   take(gesture: Gesture | null): void {
     if (gesture && !this.holds()) return;
     if (gesture !== this.gesture) this.drop();
@@ -162,7 +168,7 @@ export class Bodies {
     if (gesture) notify(HELP[gesture]);
   }
 
-  /** Whether Escape was for a gesture. */
+  /** Ends a gesture on Escape. Returns false if there is none. */
   leaveOff(): boolean {
     if (!this.gesture) return false;
     this.take(null);
@@ -170,35 +176,35 @@ export class Bodies {
   }
 
   /**
-   * A press on another body than the one that is worked on takes that one up; whether it did.
+   * A press on a body that is not active makes it the active one. Returns true if it did.
    */
   takeUp(x: number, y: number): boolean {
     if (this.all.length < 2) return false;
     const body = this.view.bodyAt(x, y);
-    // A template or a mask is in the way of no stroke.
+    // A press passes through a template or a mask.
     if (body === null || body === this.active) return false;
     if (this.all.some((one) => one.id === body && one.no_go)) return false;
     this.choose(body);
     return true;
   }
 
-  /** Whether the surface is shown in colours that it does not have. */
+  /** True if the surface is shown in false colours. */
   get inColours(): boolean {
     return this.remaining;
   }
-  /** It is to be shown in other colours. */
+  /** Ends this display of colours, because another one begins. */
   leaveColours(): void {
     this.remaining = false;
     this.remains({ max: 0, mean: 0, volume: 0, scale: 0 });
   }
-  /** The body that is worked on in colours, or as it is. */
+  /** Shows the active body in colours, or in its own. */
   private showRemains(shown: boolean): void {
     if (shown) this.otherColours();
     this.remaining = shown;
     this.send(write.ShowRemains({ shown: shown ? 1 : 0 }));
     this.remains({ max: 0, mean: 0, volume: 0, scale: 0 });
   }
-  /** What the studio said of that. */
+  /** Shows the numbers of the remaining material that the studio reported. */
   remains({ max, mean, volume, scale }: Remains): void {
     const known = this.remaining && scale > 0;
     element("body-remains").setAttribute("aria-pressed", String(this.remaining));
@@ -365,7 +371,7 @@ export class Bodies {
     if (this.gesture === "mask") {
       const hit = this.view.hit(x, y);
       if (!hit) {
-        this.drag = null; // beside it: the view turns
+        this.drag = null; // not on the piece: the view turns
         return;
       }
       this.drag.places.push(hit.point);
@@ -420,7 +426,7 @@ export class Bodies {
     else if (!drag.by.equals(new THREE.Matrix4())) this.place(drag.by);
   }
 
-  /** A gesture is over, or left off. */
+  /** Ends a gesture, finished or cancelled. */
   private drop(): void {
     if (!this.drag) return;
     this.drag = null;
@@ -432,7 +438,7 @@ export class Bodies {
   private get maskRadius(): number {
     return Number(input("size").value);
   }
-  /** What a ball reaches whose middle goes along these places. */
+  /** Masks the volume of a ball whose centre moves through these points. */
   private mask(places: THREE.Vector3[], away: boolean): void {
     const radius = this.maskRadius,
       own = this.body;
@@ -473,7 +479,7 @@ export class Bodies {
   private place(by: THREE.Matrix4): void {
     if (!this.body) return;
     const to = by.clone().multiply(this.body.matrix);
-    // As exact a turn as doubles have, after however many turns.
+    // Makes the rotation exact to double precision, after any number of turns.
     const [x, y, z] = [0, 1, 2].map((i) => new THREE.Vector3().setFromMatrixColumn(to, i));
     x.normalize();
     y.addScaledVector(x, -x.dot(y)).normalize();
@@ -499,7 +505,7 @@ export class Bodies {
     const closed = apart(first, last) < CLOSES_PX && long > CLOSES_TIMES * CLOSES_PX;
     if (!closed && drawn.every((p) => beside(p, first, last) <= STRAIGHT * apart(first, last)))
       return this.cutStraight(first, last, middle);
-    // The curve lies as deep as the wood that was drawn on.
+    // The curve is at the depth of the wood on which it was drawn.
     const hits = line.flatMap((p) => this.view.hit(p.x, p.y)?.point ?? []);
     const deep =
       hits.length > 0 ? hits.reduce((a, b) => a.add(b)).divideScalar(hits.length) : middle;
@@ -508,7 +514,8 @@ export class Bodies {
     const places = (closed ? line.slice(0, -1) : line).flatMap(
       (p) => this.on(plane, p.x, p.y) ?? [],
     );
-    // The middle of the body stays: what comes off lies to the left, as one looks.
+    // The part with the middle of the body remains. The part that is cut off is to the left in the
+    // view.
     const at = this.view.cameras.onScreen(middle.toArray());
     const left = (last.x - first.x) * (at.y - first.y) - (last.y - first.y) * (at.x - first.x) < 0;
     if (!closed && left) places.reverse();
@@ -520,7 +527,7 @@ export class Bodies {
     });
   }
 
-  /** By the plane that the line is seen as. */
+  /** Cuts by the plane that is seen edge-on as the line. */
   private cutStraight(first: Point, last: Point, middle: THREE.Vector3): void {
     const rays = [first, last].map((p) => this.view.cameras.rayAt(p.x, p.y).clone());
     const across = rays[1].at(100, new THREE.Vector3()).sub(rays[0].at(100, new THREE.Vector3()));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The panel of the force device: its name, whether it may push, and how far the tool goes for its
-// hand.
+// The panel of the force device: its name, the switch of its force, and the scale from its hand to
+// the tool.
 import { element, input, put, read } from "../base/dom";
 import { write, type Device } from "../connection/messages";
 
@@ -11,7 +11,7 @@ const STATES = [
 ];
 
 export class DevicePanel {
-  /** The part of the wood's force that the device's hand feels; 0: there is none. */
+  /** Share of the wood's force that the device gives to the hand; 0: no device. */
   share = 0;
   private there = false;
   private armed = false;
@@ -22,7 +22,7 @@ export class DevicePanel {
       send(write.ChooseReach({ scale: 10 ** Number(input("reach").value) }));
   }
 
-  /** Another document: there is no device until the studio says so. */
+  /** Resets for another document. There is no device until the studio reports one. */
   begin(): void {
     this.there = false;
     this.share = 0;

@@ -17,7 +17,7 @@ async function exportAs(title: string, format: string, tolerance: string): Promi
 
 export const askExport = (): void => ask("exporting");
 
-/** title: the file's name without its ending. */
+/** `title`: the file's name without its ending. */
 export function listenForExport(title: () => string): void {
   dialog("exporting").onclose = () => {
     if (dialog("exporting").returnValue === "yes")

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Keys, as the person wants them; kept in this browser.
+// The user's choice of keys. This browser stores it.
 
 export interface Action {
   label: string;
@@ -9,7 +9,7 @@ export interface Action {
 
 const STORE = "kibori.keys";
 
-/** As it is written in a binding: Ctrl+Shift+z, [, Home. */
+/** The name of a key in a binding, for example Ctrl+Shift+z, [, Home. */
 function nameOf(event: KeyboardEvent): string {
   const control = event.ctrlKey || event.metaKey;
   const letter = event.key.length === 1 && event.key.toLowerCase() !== event.key.toUpperCase();
@@ -18,14 +18,14 @@ function nameOf(event: KeyboardEvent): string {
   return `${control ? "Ctrl+" : ""}${event.altKey ? "Alt+" : ""}${shift ? "Shift+" : ""}${key === " " ? "Space" : key}`;
 }
 
-/** Capital letters, as they were kept once. */
+/** Converts capital letters, which older versions stored. */
 function asNamed(key: string): string {
   return key.length === 1 && key !== key.toLowerCase() ? `Shift+${key.toLowerCase()}` : key;
 }
 
 export class Keys {
-  private bound = new Map<string, string>(); // key: action
-  private waiting: string | null = null; // an action
+  private bound = new Map<string, string>(); // key to action
+  private waiting: string | null = null; // action that waits for a key
 
   constructor(
     private actions: Record<string, Action>,
@@ -37,7 +37,7 @@ export class Keys {
     this.draw();
   }
 
-  /** No key is waited for any more. */
+  /** Stops waiting for a key. */
   stopWaiting(): void {
     this.waiting = null;
     this.draw();
@@ -61,7 +61,7 @@ export class Keys {
       for (const [key, name] of Object.entries(kept ?? {}))
         if (name in this.actions) this.assign(asNamed(key), name);
     } catch {
-      // What can't be read is as if it were not there.
+      // A stored value that cannot be read is ignored.
     }
   }
 
@@ -70,7 +70,7 @@ export class Keys {
     this.bound.set(key, action);
   }
 
-  /** Kept is only what was changed, so that actions that are new have their keys. */
+  /** Stores only changed keys, so that new actions get their default keys. */
   private bind(key: string, action: string): void {
     this.assign(key, action);
     try {
@@ -78,7 +78,7 @@ export class Keys {
       for (const [other, name] of Object.entries(kept)) if (name === action) delete kept[other];
       localStorage.setItem(STORE, JSON.stringify({ ...kept, [key]: action }));
     } catch {
-      // Then it holds for this visit.
+      // If the browser refuses to store it, it is valid until the page is closed.
     }
   }
 

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
-// Where panels stand is the style sheet's matter. Here: which of them are folded to a button, or
-// lie in the sheet at the lower edge of a narrow window, and what they leave free for the piece.
+// Folds panels, and moves them to the sheet at the lower edge of a narrow window. Computes the area
+// that they leave free for the piece. The style sheet positions the panels.
 import { element } from "../base/dom";
 import type { Insets } from "../view/cameras";
 
 const STORE = "kibori.panels";
-const NARROW = "(max-width: 599.98px)"; // as in style.css
+const NARROW = "(max-width: 599.98px)"; // same as in style.css
 const SHEET_LEAST = 110,
-  SHEET_USUAL = 320; // [px] of the sheet's panel; dragged lower, it closes
-const DRAGGED = 6; // less than so far [px] is a click
-/** What the piece is shown beside. */
+  SHEET_USUAL = 320; // min height of the sheet's panel [px]; dragged lower, it closes
+const DRAGGED = 6; // a shorter drag [px] is a click
+/** The elements that cover parts of the view. */
 const COVERS = "#bar, #grip, #corner, .panel";
 
 interface Kept {
@@ -18,7 +18,7 @@ interface Kept {
 }
 
 /**
- * The largest part of a window that none of `taken` reaches into, by its shorter side, then by its
+ * The largest rectangle of a window that overlaps none of `taken`: by its shorter side, then by its
  * area.
  */
 export function freeOf(width: number, height: number, taken: DOMRect[]): Insets {
@@ -54,12 +54,12 @@ export class Layout {
   private narrow = window.matchMedia(NARROW);
   private kept: Kept;
   private tab = "tools"; // the panel in the sheet
-  private open = false; // whether the sheet is
+  private open = false; // whether the sheet is open
   private panels = [...document.querySelectorAll<HTMLElement>(".panel")];
 
-  /** `free`: told what the panels leave, whenever that changes. */
+  /** `free` receives the area that the panels leave free, whenever it changes. */
   constructor(private free: (insets: Insets) => void) {
-    // Where there is little room, the piece has it.
+    // In a small window, the piece gets the room.
     this.kept = { folded: { force: innerWidth < 1100 }, height: SHEET_USUAL };
     try {
       const kept = JSON.parse(localStorage.getItem(STORE) ?? "{}") as Partial<Kept>;
@@ -68,7 +68,7 @@ export class Layout {
       if (typeof kept.height === "number" && kept.height >= SHEET_LEAST)
         this.kept.height = kept.height;
     } catch {
-      // What can't be read is as if it were not there.
+      // A stored value that cannot be read is ignored.
     }
     for (const panel of this.panels)
       panel.querySelector<HTMLButtonElement>(".fold")!.onclick = () => {
@@ -87,7 +87,7 @@ export class Layout {
     const watch = new ResizeObserver(() => this.measure());
     for (const cover of document.querySelectorAll(COVERS)) watch.observe(cover);
     window.addEventListener("resize", () => this.measure());
-    // The tool and its size on their tab, whoever changes them.
+    // Updates the tool and its size on their tab, whatever changed them.
     const tools = element("tools");
     for (const kind of ["input", "change"]) tools.addEventListener(kind, () => this.name());
     new MutationObserver(() => this.name()).observe(tools, {
@@ -99,7 +99,7 @@ export class Layout {
     this.show();
   }
 
-  /** What the panels leave free, told at once. */
+  /** Reports the free area at once. */
   measure(): void {
     const taken = [...document.querySelectorAll(COVERS)].map((cover) =>
       cover.getBoundingClientRect(),
@@ -107,13 +107,13 @@ export class Layout {
     this.free(freeOf(innerWidth, innerHeight, taken));
   }
 
-  /** By its handle the sheet is opened and closed, or drawn as high as wanted. */
+  /** The handle opens and closes the sheet, or drags it to a height. */
   private makeHandle(): void {
     const handle = element<HTMLButtonElement>("handle");
     let from: { y: number; height: number; moved: boolean } | null = null;
     const panel = (): HTMLElement => element(this.tab);
     handle.onclick = (event) => {
-      // A key, or a press that went nowhere.
+      // A key, or a press without a drag.
       if (event.detail !== 0 && from?.moved) return;
       this.open = !this.open;
       this.show();
@@ -165,7 +165,7 @@ export class Layout {
     try {
       localStorage.setItem(STORE, JSON.stringify(this.kept));
     } catch {
-      // Then it holds for this visit.
+      // If the browser refuses to store it, it is valid until the page is closed.
     }
   }
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-// How the solid is looked at: shading, light, section, a picture to carve after, the view cube, and
-// pictures and films of it. What is chosen of the look is kept in this browser; section and
-// reference belong to the open document.
+// The look of the solid: shading, light, section, a reference picture, the view cube, and pictures
+// and films. The browser stores the look. Section and reference belong to the open document.
 import * as THREE from "three";
 import { ViewCube } from "../view/cube";
 import { ask, dialog, element, input, put, select } from "../base/dom";
@@ -18,11 +17,11 @@ const LIGHT: Vec3 = [-0.39, -0.25, 0.89],
   CLAY_LIGHT: Vec3 = [-0.45, 0.6, 0.66];
 const SIDE_PX = { min: 16, max: 8192 };
 const MAX_FRAMES = 3600;
-const REFERENCE_PX = 2048; // its longer side at most
-const LIGHT_STEP = 0.08; // of the widget's radius, by an arrow key
+const REFERENCE_PX = 2048; // max length of its longer side
+const LIGHT_STEP = 0.08; // step of an arrow key, as a share of the widget's radius
 const PANEL_LEAST_PX = 120,
   PANEL_MARGIN_PX = 12;
-const LIGHT_DRAG_PX = 160; // on the view, from the widget's middle to its rim
+const LIGHT_DRAG_PX = 160; // distance in the view, from the widget's middle to its rim
 
 interface Settings {
   shading: Shading;
@@ -59,7 +58,7 @@ function kept(): Settings {
     for (const name of ["light", "clayLight"] as const)
       if (isLight(was[name])) settings[name] = was[name];
   } catch {
-    // What can't be read is as if it were not there.
+    // A stored value that cannot be read is ignored.
   }
   return settings;
 }
@@ -70,7 +69,7 @@ export class Look {
   private cube: ViewCube;
   private reference: THREE.Mesh<THREE.PlaneGeometry, THREE.MeshBasicMaterial> | null = null;
   private filming: { left: boolean } | null = null;
-  private lightKey = false; // is held
+  private lightKey = false; // the key of the light is down
 
   constructor(
     private canvas: HTMLCanvasElement,
@@ -104,7 +103,7 @@ export class Look {
     };
     this.listenForLight();
     this.listenForLightKey();
-    element("section").onclick = () => this.section(); // clicked again, the view's plane is where one now looks from
+    element("section").onclick = () => this.section(); // again: plane of the new view
     input("section-at").oninput = () => this.section(false);
     input("section-flip").onchange = () => this.section(false);
     input("reference").onchange = () => void this.bring();
@@ -123,7 +122,7 @@ export class Look {
     this.apply();
   }
 
-  /** The panel ends where the window does. */
+  /** The panel ends at the edge of the window. */
   private makeRoom(): void {
     const box = element<HTMLDetailsElement>("look-box"),
       panel = element("look-panel");
@@ -136,7 +135,7 @@ export class Look {
     new ResizeObserver(fit).observe(element("messages")); // in a narrow window they are above it
   }
 
-  /** Another document; what belongs to it alone goes. */
+  /** Removes what belongs to the previous document. */
   begin(name: string): void {
     if (name === this.document) return;
     this.document = name;
@@ -152,7 +151,7 @@ export class Look {
     this.apply();
   }
 
-  /** The buttons that choose a field show the method by its rays. */
+  /** Each button shows the method with the rays of its field. */
   showsMethod(method: MethodView): void {
     this.method = method;
     element("methods").onchange = () => {
@@ -161,7 +160,7 @@ export class Look {
     };
   }
   private method: MethodView | null = null;
-  private field: 0 | 1 | 2 = 2; // that was shown last
+  private field: 0 | 1 | 2 = 2; // the field that was shown last
 
   toggleMethod(): void {
     const value = this.method?.field === null ? String(this.field) : "off";
@@ -181,11 +180,11 @@ export class Look {
     try {
       localStorage.setItem(STORE, JSON.stringify(settings));
     } catch {
-      // Then it holds for this visit.
+      // If the browser refuses to store it, it is valid until the page is closed.
     }
   }
 
-  /** The camera stands elsewhere. */
+  /** The camera has moved. */
   private turned(): void {
     this.cube.turn(this.view.cameras.turned);
     const light = this.light,
@@ -204,7 +203,7 @@ export class Look {
 
   // ---- Light
 
-  /** In the camera's frame: the light that is used. */
+  /** The light that is used, in the camera's frame. */
   private get light(): THREE.Vector3 {
     const { shading, light, clayLight } = this.settings;
     if (shading === "clay") return new THREE.Vector3(...clayLight).normalize();
@@ -212,7 +211,7 @@ export class Look {
       .normalize()
       .applyMatrix4(this.view.cameras.turned.transpose());
   }
-  /** To a point of the widget's disc; beyond its rim: to the rim. */
+  /** Moves the light to a point of the widget's disc, or to its rim if the point is beyond it. */
   private setLight(x: number, y: number): void {
     const far = Math.hypot(x, y),
       shrunk = far > 0.995 ? 0.995 / far : 1;
@@ -258,7 +257,7 @@ export class Look {
       this.apply();
     };
   }
-  /** While its key is held, the pointer moves the light: before the tool hears of it. */
+  /** While its key is held, the pointer moves the light. The tool does not receive these events. */
   private listenForLightKey(): void {
     const typing = (target: EventTarget | null): boolean =>
       target instanceof HTMLInputElement && ["text", "number"].includes(target.type);
@@ -329,7 +328,7 @@ export class Look {
     const { min, max } = this.view.bounds,
       middle = min.clone().add(max).multiplyScalar(0.5),
       half = max.clone().sub(middle);
-    // So that what is left is what is behind the cut, as one looks at first.
+    // Flipped so that, in the first view, the part behind the cut remains.
     if (chosen && how !== "view")
       this.sectionNormal.set(how === "x" ? 1 : 0, how === "y" ? 1 : 0, how === "z" ? -1 : 0);
     if (chosen && how === "view")
@@ -391,7 +390,7 @@ export class Look {
       middle = min.clone().add(max).multiplyScalar(0.5);
     const plane = select("reference-plane").value,
       value = (id: string): number => Number(input(id).value);
-    // Its right, its up and where it looks to.
+    // Its right, up and forward directions.
     const axes = {
       front: [
         [1, 0, 0],

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Measuring: a click on the wood tells how thick it is there, a second one how far it is from the
-// first, a third one the angle at the second; and what the piece weighs, and where its centre of
-// gravity is, as it is carved.
+// Measuring. The first click on the wood measures its thickness, the second the distance from the
+// first, the third the angle at the second. Also shows the mass and the centre of gravity during
+// carving.
 import * as THREE from "three";
 import { element, input, put } from "../base/dom";
 import type { Hit } from "../view/pick";
@@ -10,7 +10,7 @@ import type { Vec3 } from "../base/vec3";
 
 const COLOUR = 0xb3261e,
   CENTRE = 0x2c6fbb;
-/** A mark is so large [parts of the piece]. */
+/** Size of a mark, as a share of the piece's size. */
 const MARK = 1 / 160;
 
 const mm = (value: number): string => `${value.toFixed(2)} mm`;
@@ -19,12 +19,12 @@ export class Measure {
   private points: THREE.Vector3[] = [];
   private drawn = new THREE.Group();
   private centre = new THREE.Vector3();
-  private weighs = false; // whether there is anything
+  private weighs = false; // there is material
 
   constructor(
     canvas: HTMLCanvasElement,
     private view: View,
-    /** Asks the studio what the piece weighs. */
+    /** Asks the studio for the mass of the piece. */
     private ask: () => void,
   ) {
     view.showAid(this.drawn);
@@ -40,24 +40,24 @@ export class Measure {
     input("measuring").checked = !this.active;
     this.choose();
   }
-  /** Whether Escape was for it. */
+  /** Ends measuring on Escape. Returns false if it is off. */
   leaveOff(): boolean {
     if (!this.active) return false;
     this.toggle();
     return true;
   }
-  /** The piece is another one than it was. */
+  /** The piece has changed. */
   changed(): void {
     if (this.active) this.ask();
   }
-  /** Another document. */
+  /** Resets for another document. */
   begin(): void {
     this.points = [];
     this.weighs = false;
     this.choose();
   }
 
-  /** What the piece comes to: mass [g] (0: not known) and centre of gravity [mm]. */
+  /** Shows the mass [g] (0: unknown) and the centre of gravity [mm]. */
   weigh(volume: number, mass: number, centre: Vec3): void {
     this.weighs = volume > 0;
     this.centre.set(...centre);
@@ -77,7 +77,7 @@ export class Measure {
   private down(event: PointerEvent): void {
     if (!this.active || event.button !== 0) return;
     const hit = this.view.hit(event.clientX, event.clientY);
-    if (!hit) return; // beside it: the view turns
+    if (!hit) return; // not on the piece: the view turns
     event.stopImmediatePropagation();
     if (this.points.length >= 3) this.points = [];
     this.points.push(hit.point.clone());
@@ -90,7 +90,7 @@ export class Measure {
     this.tell(this.view.hit(event.clientX, event.clientY));
   }
 
-  /** The numbers, with the place under the pointer where one is still missing. */
+  /** The numbers. The place under the pointer replaces a missing click. */
   private tell(over: Hit | null): void {
     const all = [...this.points];
     if (over && all.length < 3 && !all[all.length - 1]?.equals(over.point)) all.push(over.point);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The method itself, drawn near the tool: the rays of one dexel field, the dexels on them with
-// their ends, the lattice points that vanish, and the resistance of each of them (eq. (4) of the
-// paper sums these). The page asks the studio for the rays around the tool and asks again once it
-// has the answer; while nothing is shown, nothing is asked.
+// Draws the method near the tool: the rays of one dexel field and their dexels with ends. Also the
+// lattice points that vanish, each with its resistance; eq. (4) of the paper sums these. The page
+// asks the studio for the rays around the tool, and asks again once it has the answer. It asks only
+// while the method is shown.
 import * as THREE from "three";
 import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
 import { LineSegments2 } from "three/examples/jsm/lines/LineSegments2.js";
@@ -18,24 +18,27 @@ export type Field = 0 | 1 | 2 | null;
 
 /** Rays shown along each side of the box around the tool. */
 const RAYS = 24;
-/** Where rays would be closer together than this on the screen, only some are shown [px]. */
+/** If rays were closer together than this on the screen [px], only every n-th is shown. */
 const RAY_PX = 7;
-/** Every so-manyth. */
+/** The allowed values of that n. */
 const EVERY = [1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64];
-/** The box around the tool: of its half width, and how far above the tip its middle is (of its half side). */
+/**
+ * The box around the tool. AROUND: half its side, in half widths of the tool. ABOVE: height of its
+ * centre above the tip, in half sides.
+ */
 const AROUND = 2,
   ABOVE = 0.3;
-/** How long a vanished point is seen [ms]. */
+/** Time for which a vanished point is visible [ms]. */
 const FLASH_MS = 300;
 const MAX_FLASHES = 6000;
-/** Resistances drawn at once: more of them hide each other. */
+/** Max number of resistances drawn at once. More would hide each other. */
 const MAX_ARROWS = 20;
 const ARROW_PX = 30;
-/** Points are as large as the pitch allows [px]. */
+/** Size of a point [px], limited by the pitch. */
 const POINT_PX = { least: 3, most: 7, ofPitch: 0.7 };
-/** Between two questions while nothing moves [ms]. */
+/** Interval of requests while nothing moves [ms]. */
 const REST_MS = 200;
-/** A tick that took points counts as this one for so long [ms]; the eye can read it then. */
+/** A tick that removed points stays on display for this time [ms], so that the user can read it. */
 const NOW_MS = 400;
 
 const RAY = 0x7d8794,
@@ -66,7 +69,7 @@ void main() {
   #include <clipping_planes_fragment>
   float far = length(gl_PointCoord - 0.5);
   if (vLeft <= 0.0 || far > 0.5) discard;
-  // A darker rim, so that it is seen before any ground.
+  // A darker rim, so that the dot is visible on any background.
   gl_FragColor = vec4(color * (1.0 - 0.65 * smoothstep(0.27, 0.36, far)), min(1.0, 1.6 * vLeft) * smoothstep(0.5, 0.42, far));
   #include <colorspace_fragment>
 }`;
@@ -97,7 +100,7 @@ class Dots {
   set size(px: number) {
     this.points.material.uniforms.size.value = px * Math.min(2, devicePixelRatio);
   }
-  /** Places [mm], and when each came [ms]; none: they stay. */
+  /** `places` [mm], and the time of each [ms]; no times: the dots stay. */
   set(places: number[], born: number[]): void {
     const { geometry } = this.points;
     geometry.dispose();
@@ -126,7 +129,7 @@ class Lines {
     this.lines.renderOrder = order;
     this.set([]);
   }
-  /** Six numbers a line [mm]. */
+  /** Six numbers per line [mm]. */
   set(ends: number[]): void {
     this.lines.visible = ends.length > 0;
     if (ends.length === 0) return;
@@ -139,12 +142,12 @@ class Lines {
 
 export class MethodView {
   private group = new THREE.Group();
-  // Of the plane through the tip that faces who looks; what is before it is left out.
+  // Rays of the plane through the tip that faces the viewer. Rays in front of it are not drawn.
   private rays = new Lines(RAY, 1, 0.8, 2);
   private dexels = new Lines(DEXEL, 3, 1, 3);
   private ends = new Dots(END, 7, 0, 4);
   private nodes = new Dots(NODE, 2.5, 0, 4);
-  // Behind it.
+  // Rays behind that plane.
   private farRays = new Lines(RAY, 1, 0.25, 1);
   private farDexels = new Lines(DEXEL, 1, 0.35, 1);
   private farEnds = new Dots(FAR_END, 3, 0, 1);
@@ -161,10 +164,10 @@ export class MethodView {
   private pitch = 1;
   private tip: Vec3 | null = null;
   private axis: Vec3 = [0, 0, 1];
-  private waiting = false; // for an answer
+  private waiting = false; // waiting for an answer
   private timer = 0;
   private last = ""; // the spans that are drawn
-  private tookAt = -Infinity; // a tick took points then [ms]
+  private tookAt = -Infinity; // time of the last tick that removed points [ms]
   private arrowsAt = -Infinity;
   private flashing = false;
 
@@ -175,7 +178,7 @@ export class MethodView {
     this.heads.frustumCulled = false;
     this.heads.count = 0;
     this.heads.renderOrder = 7;
-    // Points lie close together: a resistance is seen through those before it.
+    // Points are close together. A resistance is visible through the points in front of it.
     (this.heads.material as THREE.Material).depthTest = false;
     this.shafts.lines.material.depthTest = false;
     this.group.add(
@@ -194,7 +197,7 @@ export class MethodView {
     view.showAid(this.group);
   }
 
-  /** Another document. */
+  /** Resets for another document. */
   begin(origin: Vec3, pitch: number): void {
     this.origin = origin;
     this.pitch = pitch;
@@ -217,7 +220,7 @@ export class MethodView {
     this.askSoon(0);
   }
 
-  /** Where the tool's tip is; null: nowhere yet. */
+  /** Follows the tool's tip; null: no position yet. */
   follow(tip: Vec3 | null, axis: Vec3): void {
     const moved = tip?.join() !== this.tip?.join();
     this.tip = tip;
@@ -263,7 +266,7 @@ export class MethodView {
     );
   }
 
-  /** What the studio answers. */
+  /** Takes the studio's answer. */
   take(said: Method): void {
     this.waiting = false;
     if (said.axis !== this.chosen) return this.askSoon(0);
@@ -290,7 +293,7 @@ export class MethodView {
     this.askSoon(changed || said.taken !== 0 ? 0 : REST_MS);
   }
 
-  /** A place on a ray [mm]. */
+  /** The position of a depth on a ray [mm]. */
   private at(axis: number, u: number, v: number, depth: number): Vec3 {
     const place: Vec3 = [0, 0, 0];
     place[axis] = this.origin[axis] + this.pitch * depth;
@@ -300,8 +303,9 @@ export class MethodView {
   }
 
   /**
-   * The plane of rays through the tip that faces who looks most: square to u or v (0, 1), which row
-   * or column of rays it is, and the sign of the way to those behind it.
+   * The plane of rays through the tip that faces the viewer most directly. `across`: it is normal
+   * to u (0) or v (1). `row`: its row or column of rays. `behind`: sign of the direction away from
+   * the viewer.
    */
   private front(said: Method): { across: 0 | 1; row: number; behind: number } {
     const tip = this.tip ?? [0, 0, 0],
@@ -361,7 +365,9 @@ export class MethodView {
     });
   }
 
-  /** Points that vanished since the last answer, and their resistances against the motion. */
+  /**
+   * Shows the points that vanished since the last answer, and their resistances against the motion.
+   */
   private flash(said: Method): void {
     const now = performance.now(),
       nodes = new Reader(said.vanished.slice().buffer);
@@ -409,7 +415,7 @@ export class MethodView {
     dataset.vanished = String(Number(dataset.vanished ?? 0) + said.gone);
     if (!this.flashing) this.fade();
   }
-  /** Draws on while points are seen to vanish. */
+  /** Redraws while points fade. */
   private fade(): void {
     const now = performance.now(),
       newest = this.lit.at(-1)?.born ?? -Infinity;

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: MIT
-// A row of a slider: its number can be typed beside it, a screen reader hears its name and unit,
-// and sizes go by ratios along the slider. The slider keeps the id and the value that others read,
-// set and listen to.
+// A row with a slider. The number next to it can be typed, and screen readers read its name and
+// unit. Sizes are logarithmic along the slider. The slider keeps the id and the value that other
+// code reads, sets and listens to.
 /**
- * What a slider's value is: the number shown, the same along a slider of ratios, or the number's
+ * Meaning of a slider's value: the number shown; the same on a logarithmic slider; or the number's
  * logarithm.
  */
 export type Scale = "linear" | "ratio" | "exponent";
 
 const VALUE = Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value")!;
-const WRONG_MS = 8000; // a sentence on what was typed stays so long
+const WRONG_MS = 8000; // time for which a message about a typed number stays
 
-/** As it is typed: no more digits than matter. */
+/** The number as text, with only significant digits. */
 const written = (x: number): string => String(Number(x.toFixed(Math.abs(x) < 1 ? 3 : 2)));
 
 class NumberRow {
@@ -57,7 +57,7 @@ class NumberRow {
     if (scale === "ratio") row.insertBefore(this.byRatio(name.id), more);
     label.replaceWith(row);
 
-    // Keys and messages set the slider's value without an event.
+    // Keys and messages of the studio set the slider's value without an event.
     Object.defineProperty(slider, "value", {
       get: () => VALUE.get!.call(slider) as string,
       set: (value: string) => {
@@ -79,8 +79,8 @@ class NumberRow {
   }
 
   /**
-   * A slider along which equal ways are equal ratios; the row's own keeps the value, and is not
-   * seen.
+   * A slider on which equal distances are equal ratios. The row's original slider keeps the value
+   * and is hidden.
    */
   private byRatio(labelledBy: string): HTMLInputElement {
     const { slider } = this,
@@ -123,7 +123,7 @@ class NumberRow {
     ratio.value = String(Math.log(now / low) / Math.log(Number(slider.max) / low));
   }
 
-  /** Of "4.0 mm, Ks 0.25/mm" the unit, and what it means. */
+  /** The unit and the explanation in a text such as "4.0 mm, Ks 0.25/mm". */
   private explain(said: string): void {
     const [first, ...rest] = said.split(", "),
       unit = /^[-\d.]+\s*(.*)$/.exec(first)?.[1] ?? "";
@@ -153,8 +153,8 @@ class NumberRow {
 }
 
 /**
- * Every slider of the page becomes a row with its number; `scales`: of those that are not linear,
- * by their ids.
+ * Turns every slider of the page into such a row. `scales`: the scales of non-linear sliders, by
+ * id.
  */
 export function makeNumberRows(scales: Record<string, Scale>): void {
   for (const label of document.querySelectorAll<HTMLLabelElement>("label.row")) {

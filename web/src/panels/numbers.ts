@@ -6,7 +6,10 @@ import type { State } from "../connection/messages";
 
 const newtons = (n: number): string => `${n < 10 ? n.toFixed(1) : n.toFixed(0)} N`;
 
-/** Of the last tick: force [N], moment [N mm], tip [mm]. share: of the force, what a device's hand feels. */
+/**
+ * Shows the last tick: force [N], moment [N mm], tip [mm]. `share`: share of the force that the
+ * device gives to the hand.
+ */
 export function showTick(force: number, moment: number, tip: Vec3, share: number): void {
   read("n-force", newtons(force));
   for (const id of ["hand-force", "n-hand"]) element(id).hidden = !(share > 0);

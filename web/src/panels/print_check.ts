@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What a printer would fail at: the studio colours the body that is worked on, this says what the
-// colours mean and asks from what on a wall is thin and a face hangs.
+// The check for printing. The studio colours the active body. This panel explains the colours and
+// sets the limits for thin walls and overhanging faces.
 import { element, input, put } from "../base/dom";
 import { write, type PrintFaults } from "../connection/messages";
 
@@ -12,7 +12,7 @@ export class PrintCheck {
 
   constructor(
     private send: (message: Uint8Array) => void,
-    /** Something else is shown in colours, or nothing. */
+    /** Ends the check when another display of colours begins, or none. */
     private others: () => void,
   ) {
     input("checking").onchange = () => this.toggle(input("checking").checked);
@@ -20,11 +20,11 @@ export class PrintCheck {
       input(id).addEventListener("change", () => this.ask());
   }
 
-  /** Whether the surface is shown in colours that it does not have. */
+  /** True if the surface is shown in false colours. */
   get inColours(): boolean {
     return this.checking;
   }
-  /** Another document, or something else is to be shown in colours. */
+  /** Resets for another document or another display of colours. */
   leave(): void {
     if (!this.checking) return;
     this.checking = false;
@@ -36,7 +36,7 @@ export class PrintCheck {
     this.ask();
     this.draw();
   }
-  /** The numbers. */
+  /** Shows the numbers. */
   show({ overhang, thin, area: all, thinnest, pieces }: PrintFaults): void {
     const share = (part: number): string =>
       part > 0 ? `${area(part)} (${((100 * part) / all).toPrecision(2)} %)` : "none";

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What is chosen in controls, kept in this browser: by their ids, and groups of radio buttons by
-// their name.
+// Stores the choices of controls in this browser: by id, and groups of radio buttons by name.
 const STORE = "kibori.settings";
 
 type Control = HTMLInputElement | HTMLSelectElement;
@@ -13,23 +12,23 @@ export class Settings {
       const kept = JSON.parse(localStorage.getItem(STORE) ?? "{}") as Record<string, unknown>;
       for (const name of names) if (typeof kept[name] === "string") this.kept[name] = kept[name];
     } catch {
-      // What can't be read is as if it were not there.
+      // A stored value that cannot be read is ignored.
     }
     document.addEventListener("change", (event) => {
       const { id, name } = event.target as Control;
       if (names.includes(id) || names.includes(name)) this.keep();
     });
-    // Keys change controls without an event.
+    // Keyboard actions change controls without an event.
     window.addEventListener("pagehide", () => this.keep());
   }
   private restored = false;
 
-  /** Puts the controls to what was kept, as if by hand; once. */
+  /** Restores the controls, as if the user had set them. Works once. */
   restore(): void {
     if (this.restored) return;
     this.restored = true;
-    // Each that is put back tells of a change, and all of them are kept again: the rest as it still
-    // is.
+    // Each restored control fires a change event, which would store all controls. The others are
+    // not restored yet.
     const kept = { ...this.kept };
     for (const name of this.names) {
       const value = kept[name];
@@ -41,7 +40,7 @@ export class Settings {
       if (control.type === "radio") (control as HTMLInputElement).checked = true;
       else if (control.type === "checkbox") (control as HTMLInputElement).checked = value === "1";
       else control.value = value;
-      // A choice that is no longer there.
+      // The choice no longer exists.
       if (control instanceof HTMLSelectElement && control.selectedIndex < 0)
         control.selectedIndex = 0;
       for (const kind of ["input", "change"])
@@ -69,7 +68,7 @@ export class Settings {
     try {
       localStorage.setItem(STORE, JSON.stringify(this.kept));
     } catch {
-      // Then it holds for this visit.
+      // If the browser refuses to store it, it is valid until the page is closed.
     }
   }
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Splines by hand: control points that are put on the piece and held by the pointer, by several
-// fingers at once, or by a pen; what they make is shown while they move, and becomes a step when it
-// is applied. The last one can be taken up again, with all that was done since.
+// Splines by hand. The pointer, several fingers at once, or a pen put control points on the piece
+// and move them. A preview shows the result. Applying it makes a step. The last spline can be
+// edited again; the later steps are then repeated.
 import * as THREE from "three";
 import { request } from "../connection/access";
 import { element, input, put, select } from "../base/dom";
@@ -12,7 +12,7 @@ import type { View } from "../view/view";
 type Kind = "sweep" | "extrude" | "revolve";
 type Operation = "deposit" | "cut" | "intersect";
 
-/** A spline as documents keep it: see kibori/document/body_codec.cpp. */
+/** A spline in the format of documents: see kibori/document/body_codec.cpp. */
 interface Spline {
   kind: Kind;
   operation: Operation;
@@ -34,11 +34,11 @@ interface Action {
 
 const HELP =
   "Press on the piece for each point of the spline; with Shift, beside it too. Drag points to move them, with several fingers at once. Delete removes the one that was touched last, Enter applies, Escape leaves it off.";
-/** A press so near to a point takes hold of it [pixels]. */
+/** A press within this distance of a point grabs it [pixels]. */
 const NEAR_PX = 16;
 const MOST_POINTS = 64;
 const HANDLE_PX = 14;
-/** An arrow is so long for a force [mm / N], and at most so long [mm]. */
+/** Length of an arrow per force [mm / N], and max length [mm]. */
 const MM_PER_NEWTON = 0.5,
   LONGEST_MM = 25;
 const COLOR = 0x0072b2,
@@ -62,16 +62,16 @@ export class Splines {
   private active = false;
   private points: THREE.Vector3[] = [];
   private touched = -1;
-  /** Of pointers: the point each holds, and the plane it is moved in. */
+  /** By pointer: the point that it holds, and the plane in which the point moves. */
   private held = new Map<number, { point: number; plane: THREE.Plane }>();
-  /** Of a profile that is pushed: all its points lie here. */
+  /** For an extruded profile: the plane of all its points. */
   private profile: THREE.Plane | null = null;
-  /** What is changed, if it was applied before: its step, and the head of then. */
+  /** The applied spline that is edited, if any: its step, and the head at that time. */
   private old: { step: number; parent: number; head: number; body: number } | null = null;
   private axisPoint: THREE.Vector3 | null = null;
-  private waits = false; // for the state before it
-  private asked = false; // a preview is being made
-  private again = false; // and is out of date
+  private waits = false; // waiting for the state before it
+  private asked = false; // a preview is requested
+  private again = false; // the requested preview is out of date
   private forces: THREE.Vector3[] = [];
   private shown = new THREE.Group();
   private disc = disc();
@@ -114,13 +114,13 @@ export class Splines {
     event.stopPropagation();
   }
 
-  /** Another document, or none. */
+  /** Resets for another document, or for none. */
   reset(): void {
     this.old = null;
     if (this.active) this.end();
   }
 
-  /** Whether Escape was for it. */
+  /** Cancels on Escape. Returns false if there is nothing to cancel. */
   leaveOff(): boolean {
     if (!this.active) return false;
     this.send(write.PreviewAction({ action: "" }));
@@ -145,7 +145,7 @@ export class Splines {
     this.changed();
   }
 
-  /** What the studio said of the preview. */
+  /** Takes the studio's answer to the preview. */
   previewed({ error, forces }: Previewed): void {
     this.asked = false;
     if (!this.active) return;
@@ -157,7 +157,7 @@ export class Splines {
     this.draw();
     if (this.again) this.preview();
   }
-  /** The step that is shown now. */
+  /** The document is now at this step. */
   step(now: number): void {
     if (!this.waits || now !== this.old?.parent) return;
     this.waits = false;
@@ -166,7 +166,7 @@ export class Splines {
     this.preview();
   }
 
-  // ---- What is being made
+  // ---- The current spline
 
   private begin(): void {
     if (!this.holds()) return;
@@ -182,7 +182,7 @@ export class Splines {
     put("spline-says", "");
     notify(HELP);
     this.view.showBeside(this.shown);
-    // Points are put on the piece, not on what they make of it.
+    // Points are put on the piece, not on the preview.
     this.view.solid.beginStroke();
     this.draw();
   }
@@ -199,7 +199,7 @@ export class Splines {
     this.view.cameras.controls.enabled = true;
   }
 
-  /** The last one that was applied is changed; the piece is meanwhile as it was before it. */
+  /** Edits the spline that was applied last. Meanwhile the piece is in the state before it. */
   private async edit(): Promise<void> {
     if (!this.holds()) return;
     const answer = await request("/spline").catch(() => null);
@@ -233,7 +233,7 @@ export class Splines {
   private get kind(): Kind {
     return select("spline-kind").value as Kind;
   }
-  /** null: there are too few points. */
+  /** The action of the spline; null: there are too few points. */
   private action(): Action | null {
     const closed = input("spline-closed").checked,
       { kind } = this,
@@ -267,7 +267,7 @@ export class Splines {
     };
   }
 
-  /** A profile that is pushed lies in one plane, which faces whoever began it. */
+  /** An extruded profile is in one plane, which faces the view in which it began. */
   private flatten(): void {
     put("spline-size-name", this.kind === "extrude" ? "Length" : "Radius");
     element("spline-size-label").hidden = this.kind === "revolve";
@@ -346,7 +346,7 @@ export class Splines {
   private move(event: PointerEvent): void {
     if (!this.active) return;
     const held = this.held.get(event.pointerId);
-    // The tool does not follow the pointer meanwhile.
+    // The tool does not follow the pointer while points are set.
     if (!held) {
       if (event.buttons === 0) event.stopImmediatePropagation();
       return;
@@ -369,7 +369,7 @@ export class Splines {
     this.draw();
   }
 
-  // ---- How it looks
+  // ---- Drawing
 
   private clear(): void {
     for (const child of this.shown.children as (THREE.Points | THREE.Line)[]) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A file becomes a stock: the studio says what it seems to be, a dialog shows it as it will stand,
-// and what is chosen there is made. The file waits at the studio meanwhile; Cancel drops it.
+// Makes a stock from a file. The studio reports what the file seems to be, and a dialog shows it in
+// its final position. The studio makes what the user chooses there. Meanwhile it keeps the file.
+// Cancel discards the file.
 import * as THREE from "three";
 import { request } from "../connection/access";
 import { dialog, element, input, put, select } from "../base/dom";
@@ -19,9 +20,9 @@ import type { Vec3 } from "../base/vec3";
 interface Mesh {
   kind: "mesh";
   triangles: number;
-  size_mm: Vec3; // as it was read
+  size_mm: Vec3; // before any choice
   area_mm2: number;
-  unit_mm: number; // of the file, as it was read
+  unit_mm: number; // unit of the file, before any choice
   unit: string;
   unit_why: string;
   longest_mm: number;
@@ -33,11 +34,11 @@ interface Mesh {
 interface Relief {
   kind: "relief";
   width: number;
-  height: number; // of the picture
+  height: number; // height of the picture
 }
 interface Volume {
   kind: "volume";
-  size_mm: Vec3; // of its grid
+  size_mm: Vec3; // size of its grid
   area_mm2: number;
   labels: { label: number; name: string; volume_mm3: number; material: number }[];
 }
@@ -50,7 +51,7 @@ const UNITS: [string, string, number][] = [
   ["m", "metres", 1000],
 ];
 const UPS = ["x", "-x", "y", "-y", "z", "-z"];
-const ROOM = 1.2; // the lattice is longer than the piece by a tenth on each side
+const ROOM = 1.2; // the lattice exceeds the piece by a tenth on each side
 
 const along = (name: string): Vec3 => {
   const v: Vec3 = [0, 0, 0];
@@ -64,7 +65,7 @@ const cross = (a: Vec3, b: Vec3): Vec3 => [
   a[0] * b[1] - a[1] * b[0],
 ];
 const less = (v: Vec3): Vec3 => v.map((x) => (x === 0 ? 0 : -x)) as Vec3;
-/** As in kibori/geometry/orientation.h. */
+/** Same as in kibori/geometry/orientation.h. */
 const usualFront = (up: string): string => (up.endsWith("y") ? "z" : "-y");
 /** The rows of the rotation from the file's axes to those of the piece. */
 const rows = (up: string, front: string): [Vec3, Vec3, Vec3] => [
@@ -79,10 +80,10 @@ const many = (x: number): string =>
   x >= 1e6 ? `${(x / 1e6).toPrecision(2)} million` : rounded.format(x).replace(",", " ");
 
 export class Importer {
-  private page = ""; // what the studio calls this page
+  private page = ""; // the studio's id of this page
   private materials: Material[] = [];
   private view: ImportView | null = null;
-  private turns = 0; // files that were brought
+  private turns = 0; // number of files that were brought
   private reading: Promise<void> = Promise.resolve(); // the studio reads one at a time
   private brought: Brought | null = null;
   private shape: THREE.BufferGeometry | null = null;
@@ -90,13 +91,13 @@ export class Importer {
   private up = "z";
   private front = "-y";
   private longest = 80; // [mm], not rounded
-  private within = 0; // the longest side of the piece [mm] that it becomes a body in; 0: none is open
+  private within = 0; // longest side [mm] of the open piece; 0: none is open
 
   constructor() {
     const box = dialog("importing");
     select("import-up").replaceChildren(...UPS.map((name) => new Option(name.toUpperCase(), name)));
     box.querySelector<HTMLButtonElement>("button[value=no]")!.onclick = () => box.close("no");
-    // The event comes a little after the closing, by when the dialog may have been opened again.
+    // The event follows the closing after a delay. By then the dialog may be open again.
     box.onclose = () => !box.open && box.returnValue !== "yes" && this.drop();
     box.querySelector("form")!.onsubmit = (event) => {
       event.preventDefault();
@@ -121,7 +122,7 @@ export class Importer {
     select("import-detail").onchange = () => this.showDetail();
   }
 
-  /** The studio can be brought files; what it calls this page, and the woods there are. */
+  /** The studio accepts files. `page`: its id of this page. `materials`: the known materials. */
   offer(page: string, materials: Material[]): void {
     if (page !== this.page && this.leave())
       notify("The connection was lost, and with it the file; choose it again.");
@@ -129,7 +130,7 @@ export class Importer {
     this.materials = materials;
   }
 
-  /** Something else is shown. Whether a file waited. */
+  /** Another page is shown. Returns true if a file was waiting. */
   leave(): boolean {
     const waited = dialog("importing").open;
     this.turns++;
@@ -139,9 +140,9 @@ export class Importer {
   }
 
   /**
-   * The file that was chosen last is asked about; one that is still being read is forgotten when
-   * that is done. `within`: the longest side of the piece [mm] that it becomes a body in; 0: it is a
-   * document.
+   * Opens the dialog for the file that was chosen last. A file that is still being read is
+   * discarded afterwards. `within`: longest side [mm] of the piece to which it is added as a body;
+   * 0: it becomes a document.
    */
   bring(file: File, within = 0): Promise<void> {
     const turn = ++this.turns,
@@ -161,7 +162,7 @@ export class Importer {
       });
       if (turn !== this.turns) return;
       clearNotice(bringing);
-      if (answer.status === 202) return; // a document, which is opened
+      if (answer.status === 202) return; // a document, which the studio opens
       if (!answer.ok) {
         const why = await answer.text();
         return why ? notify(why) : undefined;
@@ -193,7 +194,8 @@ export class Importer {
         (of !== undefined && !of.split(" ").includes(brought.kind)) ||
         (use !== undefined && (use === "body") !== this.within > 0);
       if (of === undefined) continue;
-      for (const field of part.querySelectorAll("input")) field.disabled = part.hidden; // what is not shown need not be filled in
+      // needs no value
+      for (const field of part.querySelectorAll("input")) field.disabled = part.hidden;
     }
     const wood = select("import-wood");
     wood.replaceChildren(...this.materials.map((m, i) => new Option(m.name, String(i))));
@@ -230,7 +232,7 @@ export class Importer {
     this.show(true);
     this.showWood();
   }
-  /** Which material each label is of. */
+  /** Asks for the material of each label. */
   private askLabels(volume: Volume): void {
     element("import-labels").replaceChildren(
       ...volume.labels.map(({ label, name, volume_mm3, material }) => {
@@ -255,7 +257,7 @@ export class Importer {
     this.view ??= new ImportView(element<HTMLCanvasElement>("import-view"));
   }
 
-  /** The longest side [mm], if the file's numbers are so many mm each. */
+  /** The longest side [mm], if one unit of the file is `mm` mm. */
   private inUnit(mm: number): number {
     const { size_mm, unit_mm } = this.brought as Mesh;
     return (Math.max(...size_mm) / unit_mm) * mm;
@@ -289,7 +291,7 @@ export class Importer {
     this.turnTo(named(turned[2]), named(less(turned[1])));
   }
 
-  /** As it will be [mm]. */
+  /** The final size [mm]. */
   private size(): Vec3 {
     const brought = this.brought!;
     if (brought.kind === "mesh") {
@@ -310,7 +312,7 @@ export class Importer {
   private show(again = false): void {
     if (!this.brought || !this.view) return;
     const size = this.size();
-    if (!size.every((x) => x > 0 && x < Infinity)) return; // a number is being written
+    if (!size.every((x) => x > 0 && x < Infinity)) return; // the user is still typing
     let apart: number;
     if (this.picture) {
       const shape = reliefShape(
@@ -357,7 +359,7 @@ export class Importer {
     if (woods.every(Boolean)) this.view?.setWoods(woods);
   }
 
-  /** What the chosen detail comes to: an estimate. */
+  /** Shows an estimate of the cost of the chosen detail. */
   private showDetail(): void {
     if (!this.brought) return;
     const size = this.size(),
@@ -374,8 +376,8 @@ export class Importer {
       brought.free_bytes > 0 && bytes > brought.free_bytes
         ? " More than there is free: choose less."
         : "";
-    // A surface crosses 1.5 edges of the lattice for each square of the pitch, as a mean over its
-    // directions, and each becomes two triangles.
+    // Averaged over its directions, a surface crosses 1.5 lattice edges per square of the pitch.
+    // Each crossing becomes two triangles.
     put(
       "import-detail-out",
       `${short(pitch)} mm a ray, about ${many(rays)} rays and ${many((3 * area) / pitch ** 2)} triangles, up to ${Math.ceil(bytes / 1e6)} MB.${tight}`,
@@ -438,7 +440,7 @@ export class Importer {
       const answer = await request(this.address("make", about), { method: "POST" });
       if (turn !== this.turns || answer.ok) return;
       if (answer.status === 404) return notify(await answer.text());
-      // Something can be chosen otherwise; where it was cancelled there is nothing to say.
+      // The user can change a choice. If the import was cancelled, there is no message.
       this.trouble(await answer.text());
       this.reopen();
     } catch {
@@ -452,8 +454,8 @@ export class Importer {
     this.brought = null;
     if (!brought) return;
     const address = this.address("import", { import: brought.import });
-    // Before the next file comes, which takes its place. Where the studio has ended, the file is
-    // gone with it.
+    // This runs before the next file arrives and replaces it. If the studio has ended, the file is
+    // gone.
     this.reading = this.reading
       .then(() => request(address, { method: "DELETE" }))
       .then(

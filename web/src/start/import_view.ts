@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What a file will become, as it will stand: a small picture of its own, with a floor of mm. Z is
-// up, lengths are mm.
+// A preview of the stock that a file becomes, in its final position, on a floor with a grid in mm.
+// Z is up, lengths are mm.
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { toCreasedNormals } from "three/examples/jsm/utils/BufferGeometryUtils.js";
@@ -10,12 +10,12 @@ import { Wood, type Material } from "../view/wood";
 const CREASE = (35 * Math.PI) / 180; // edges sharper than this are drawn sharp
 
 /**
- * A mesh as the studio sends it: its longest side is 1, the lower corner of its bounds the origin.
+ * A mesh from the studio. Its longest side is 1, and the lower corner of its bounds is the origin.
  */
 export const meshShape = (data: ArrayBuffer): THREE.BufferGeometry =>
   toCreasedNormals(sentShape(data), CREASE);
 
-/** The same of a labelled volume; "kind" of a vertex is which label it is of, from 0. */
+/** The same for a labelled volume. "kind" of a vertex is the index of its label. */
 export function volumeShape(data: ArrayBuffer): THREE.BufferGeometry {
   const [vertices, triangles] = new Uint32Array(data, 0, 2);
   const kinds = new Uint32Array(data, 8 + 12 * (vertices + triangles), vertices);
@@ -49,7 +49,7 @@ export function readPicture(data: ArrayBuffer): Picture {
   return { width, height, pixels: new Float32Array(data, 8, width * height) };
 }
 
-/** A relief of this size [mm], closed like the stock that is made of it. */
+/** A relief of this size [mm], closed like the stock that is made from it. */
 export function reliefShape(
   picture: Picture,
   size: Vec3,
@@ -107,7 +107,7 @@ export class ImportView {
   constructor(private canvas: HTMLCanvasElement) {
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true });
     this.renderer.toneMapping = THREE.NeutralToneMapping;
-    this.wood.material.side = THREE.DoubleSide; // a stranger's faces may look inward
+    this.wood.material.side = THREE.DoubleSide; // faces of a foreign mesh may be inside out
     this.camera.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.enablePan = false;
@@ -122,15 +122,15 @@ export class ImportView {
     new ResizeObserver(() => this.redraw()).observe(canvas);
   }
 
-  /** Of each kind that a shape's vertices are of. */
+  /** Sets the material of each kind. */
   setWoods(woods: Material[]): void {
     this.wood.setKinds(woods);
     this.redraw();
   }
 
   /**
-   * Shows a shape turned and scaled so, put down on the floor; it is disposed of with the next. The
-   * mm between two lines.
+   * Shows a shape, rotated and scaled, on the floor. The next call disposes of it. Returns the
+   * distance between two grid lines [mm].
    */
   show(shape: THREE.BufferGeometry, turn: THREE.Matrix4, again: boolean): number {
     this.piece.geometry.dispose();
@@ -195,7 +195,7 @@ export class ImportView {
       this.drawn = true;
       const wide = this.canvas.clientWidth,
         high = this.canvas.clientHeight;
-      if (wide === 0 || high === 0) return; // its dialog is closed
+      if (wide === 0 || high === 0) return; // the dialog is closed
       this.renderer.setPixelRatio(Math.min(2, window.devicePixelRatio));
       this.renderer.setSize(wide, high, false);
       this.camera.aspect = wide / high;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What to begin with: a new piece, a file, or a document that is there.
+// The start page: a new piece, a file, or an existing document.
 import { element, input } from "../base/dom";
 import { request } from "../connection/access";
 import { Importer } from "./import";
@@ -21,7 +21,7 @@ export interface Example {
 const value = (id: string): string => input(id).value;
 
 export class Start {
-  /** Of files that become documents, or bodies of one. */
+  /** Imports files as documents or as bodies of a document. */
   readonly importer: Importer;
 
   constructor(private send: (message: Uint8Array) => void) {
@@ -46,7 +46,7 @@ export class Start {
     });
   }
 
-  /** Gives the examples there are. */
+  /** Shows the lists that the studio sent. Returns its examples. */
   show(json: string): Example[] {
     const { documents, materials, examples, page } = JSON.parse(json) as {
       documents: Listed[];
@@ -62,7 +62,8 @@ export class Start {
     element("example-list").replaceChildren(...examples.map((e) => this.example(e)));
     element("recent").hidden = documents.length === 0;
     element("documents").replaceChildren(...documents.map((d) => this.row(d)));
-    // Told again (the lists change), it leaves the focus to whoever is typing.
+    // When the lists change, this is called again. It then leaves the focus where the user is
+    // typing.
     const opens = element("start").hidden;
     element("start").hidden = false;
     if (opens || document.activeElement === document.body) element("go").focus();

@@ -1,21 +1,22 @@
 // SPDX-License-Identifier: MIT
-// The brushes a person can pick up instead of a tool: a row for each mode that reshapes by a brush.
+// The brushes that a user can hold instead of a tool: one row for each mode that reshapes with a
+// brush.
 import type { Mode } from "../connection/kinds";
 
 interface Row {
   name: string;
-  /** What it does, and what it feels like. */
+  /** Its effect on the surface. */
   about: string;
-  /** The inside of an SVG of 24 by 24. */
+  /** Content of an SVG of 24 by 24. */
   icon: string;
-  /** How strong it is until a person says otherwise, 0 to 1. */
+  /** Default strength, 0 to 1. */
   strength: number;
   /**
-   * drags: the surface under the press follows the pointer, in the plane across the view; turns: it
-   * is turned as the pointer goes to the right. The others lie along the pointer's way.
+   * `drags`: the surface under the press follows the pointer in the plane across the view. `turns`:
+   * moving the pointer to the right turns it. Other brushes work along the pointer's path.
    */
   goes?: "drags" | "turns";
-  /** Whether it can keep the volume. */
+  /** True if it can keep the volume. */
   keeps?: boolean;
   /** The key that picks it up. */
   key: string;
@@ -132,7 +133,7 @@ export const BRUSHES: Partial<Record<Mode, Row>> = {
 };
 export const BRUSH_MODES = Object.keys(BRUSHES) as Mode[];
 
-/** Colours to paint with: earths and pigments of the workshop. */
+/** Colours to paint with: earth colours and workshop pigments. */
 export const PALETTE = [
   ["#b23a30", "Vermilion"],
   ["#c47a1e", "Ochre"],
@@ -145,7 +146,7 @@ export const PALETTE = [
   ["#22201f", "Black"],
 ] as const;
 
-/** A button for each. */
+/** A button for each brush. */
 export const brushButtons = (): string =>
   BRUSH_MODES.map((mode) => {
     const { name, about, icon, key } = BRUSHES[mode]!;

@@ -1,24 +1,25 @@
 // SPDX-License-Identifier: MIT
-// The stamp that is held: letters, a picture or a mesh. The studio makes it and tells its triangles.
+// The stamp that is held: letters, a picture or a mesh. The studio makes it and sends its
+// triangles.
 import { element, input, put, select } from "../base/dom";
 import { notify } from "../base/notice";
 import { write } from "../connection/messages";
 import { setStamp } from "./tools";
 
-/** Letters and pictures are asked for when nothing was typed or slid for so long [ms]. */
+/** Letters and pictures are requested after this time without typing or moving a slider [ms]. */
 const STILL_MS = 250;
-/** What a file may have, as a message may [bytes]. */
+/** Max size of a file, from the max size of a message [bytes]. */
 const MOST_BYTES = 1_000_000;
 const ENDINGS = ["", ".png", ".stl,.ply,.obj,.off,.3mf,.glb"];
 
-/** How large it is [mm]: how high or wide; how deep it goes; and how long letters are. */
+/** Size [mm]: height or width; depth; and length of the body. */
 interface Held {
   size: number;
   depth: number;
   length: number;
 }
 
-/** As large as a stamp may be [mm]. */
+/** Limits a size [mm] to the range of stamps. */
 const within = (mm: number): number => Math.min(1000, Math.max(0.1, mm));
 
 export class Stamp {
@@ -30,7 +31,7 @@ export class Stamp {
 
   constructor(
     private send: (message: Uint8Array) => void,
-    /** Another distance from one place to the next. */
+    /** The distance between prints has changed. */
     private changed: () => void,
   ) {
     select("stamp-what").addEventListener("change", () => {
@@ -49,7 +50,7 @@ export class Stamp {
     this.show();
   }
 
-  /** How far it is from one place to the next [mm]; 0: it is pressed in once. */
+  /** Distance from one print to the next [mm]; 0: it is pressed in once. */
   get every(): number {
     return Number(input("every").value);
   }
@@ -57,12 +58,12 @@ export class Stamp {
     return Number(select("stamp-what").value);
   }
 
-  /** What a size [mm] means. */
+  /** Describes a size [mm]. */
   sizeOf(size: number): string {
     return `${size.toFixed(1)} mm ${this.what === 0 ? "high" : "wide"}`;
   }
 
-  /** Another document, or another page held the tool: what was sent is not known any more. */
+  /** The document has changed, or another page held the tool. What was sent before is unknown. */
   begin(): void {
     this.sent = "";
   }
@@ -72,24 +73,24 @@ export class Stamp {
     this.show();
     if (!this.asked) this.send(write.AskFonts());
     this.asked = true;
-    // One that was not held before, at once: who picked it up may press already.
+    // A newly held stamp is requested at once, because the user may press it already.
     if (this.sent === "") this.order();
     else this.soon();
   }
-  /** Another tool is held. */
+  /** Another tool was chosen. */
   leave(): void {
     clearTimeout(this.timer);
     this.sent = "";
   }
 
-  /** The fonts that are installed where the studio runs. */
+  /** The fonts that are installed on the studio's computer. */
   showFonts(json: string): void {
     const fonts = JSON.parse(json) as string[],
       held = select("stamp-font").value;
     select("stamp-font").replaceChildren(...fonts.map((name) => new Option(name, name)));
     select("stamp-font").value = fonts.includes(held) ? held : (fonts[0] ?? "");
   }
-  /** How many the studio has made, for tests. */
+  /** Number of stamps that the studio has made, for tests. */
   made = 0;
   /** Its triangles. */
   showShape(vertices: Uint8Array, triangles: Uint8Array): void {
@@ -139,7 +140,7 @@ export class Stamp {
         size: within(size),
         depth: within(depth),
         invert: dark,
-        name: file?.name.slice(-60) ?? "", // of which the ending matters
+        name: file?.name.slice(-60) ?? "", // the studio reads its ending
         data: what === 0 ? new Uint8Array() : file!.data,
       }),
     );

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: MIT
-// The tools a person can pick up: a row for each shape, with what the page says of it, how it is
-// chosen and how it is drawn. A shape of the library without a row here does not compile.
+// The tools that a user can hold: one row for each shape, with its description, its parameters and
+// how it is drawn. A shape of the library without a row here does not compile.
 import * as THREE from "three";
 import { toCreasedNormals } from "three/examples/jsm/utils/BufferGeometryUtils.js";
 import type { Tool } from "../connection/kinds";
 import type { Vec3 } from "../base/vec3";
 
-/** A half-space is of scenes only. */
+/** Half-spaces exist only in scenes. */
 export type HeldTool = Exclude<Tool, { shape: "halfspace" }>;
 export type Shape = HeldTool["shape"];
 type Of<S extends Shape> = Extract<HeldTool, { shape: S }>;
 
-/** The one number, besides its radius, that a person chooses of a tool. */
+/** The one parameter that the user chooses in addition to the radius. */
 interface Form {
   name: string;
   unit: string;
@@ -21,43 +21,46 @@ interface Form {
 }
 interface Row<S extends Shape> {
   name: string;
-  /** The inside of an SVG of 24 by 24. */
+  /** Content of an SVG of 24 by 24. */
   icon: string;
-  /** A motor turns it, unless that is switched off; a hand or a mallet drives the others. */
+  /** A motor turns it, unless the motor is switched off. A hand or a mallet drives the others. */
   powered: boolean;
-  /** A press drives it in, whatever the hand does. */
+  /** A press always drives it. */
   pressed?: boolean;
   form?: Form;
-  /** Whether it matters how far it is turned about its axis. */
+  /** True if its rotation about its axis matters. */
   turns?: boolean;
-  /** Whether its edge is to lie across, or along, the way it goes. */
+  /** True if its edge must be across or along its path. */
   leads?: boolean;
   make(radius: number, form: number): Of<S>;
   /** From the tip to the other end [mm]. */
   height(tool: Of<S>): number;
-  /** No higher than that, where its shape allows. */
+  /** The tool shortened to a height, if its shape allows. */
   shortened(tool: Of<S>, height: number): Of<S>;
-  /** What tells it from others of its shape. */
+  /** A short text that distinguishes it from others of its shape. */
   size(tool: Of<S>): string;
-  /** Its surface, the tip at the origin, the body along z. */
+  /** Its surface. The tip is at the origin, and the body is along z. */
   surface(tool: Of<S>): THREE.BufferGeometry;
 }
 
-/** From a tool's tip to its other end [mm], where its size does not say. */
+/** Length from the tip to the other end [mm], for tools without a length. */
 const LENGTH = 25,
   FINGER_LENGTH = 20,
   BLADE = 1;
-/** A carver holds a blade so far back from upright [rad], and it is drawn so long [mm]. */
+/**
+ * Angle at which a carver tilts a blade back from upright [rad], and the length at which it is
+ * drawn [mm].
+ */
 const LEAN = (50 * Math.PI) / 180,
   DRAWN = 45;
 const SEGMENTS = 40;
-/** Sharper than that, an edge is drawn as one [rad]. */
+/** Edges sharper than this are drawn sharp [rad]. */
 const CREASE = 0.5;
 
 const compact = (value: number): string => String(Number(value.toPrecision(3)));
 const byRadius = (tool: { radius: number }): string => `${compact(tool.radius)} mm`;
 const length = (tool: { length: number }): number => tool.length;
-/** What turns about its axis: radii and heights from the tip. */
+/** A solid of revolution: radii and heights from the tip. */
 const lathe = (...points: [number, number][]): THREE.BufferGeometry =>
   toCreasedNormals(
     new THREE.LatheGeometry(
@@ -71,7 +74,7 @@ const ball = (radii: Vec3): THREE.BufferGeometry =>
     .rotateX(Math.PI / 2)
     .scale(...radii)
     .translate(0, 0, radii[2]);
-/** A quarter circle of the profile, from its lowest point on. */
+/** A quarter circle of the profile, starting at its lowest point. */
 const arc = (r: number, z: number, radius: number, upTo = Math.PI / 2): [number, number][] =>
   Array.from({ length: 9 }, (_, i) => {
     const a = (i * upTo) / 8;
@@ -93,9 +96,9 @@ function pointed({
 }
 
 /**
- * A blade as it is held, leaning back from its edge: `outline` is the edge, seen along the way, from
- * one side to the other [mm], `wall` the steel above it. What cuts is upright; where it works, the
- * two are the same.
+ * A blade as a carver holds it, tilted back from its edge. `outline`: the edge seen along its path,
+ * from one side to the other [mm]. `wall`: thickness of the steel above it. The solid that cuts is
+ * upright. Both coincide at the edge.
  */
 function leaning(outline: [number, number][], wall: number): THREE.BufferGeometry {
   const inner = [...outline].reverse().map(([y, z]): [number, number] => {
@@ -116,7 +119,7 @@ function leaning(outline: [number, number][], wall: number): THREE.BufferGeometr
   );
   return toCreasedNormals(solid, CREASE);
 }
-/** As gouge_arc of kibori/solid/tools/gouge.h. */
+/** Same as gouge_arc of kibori/solid/tools/gouge.h. */
 function gougeArc(
   sweep: number,
   width: number,
@@ -130,7 +133,7 @@ function gougeArc(
   const r = radii[sweep - 2] * width;
   return { across: r, upright: r, depth: r - Math.sqrt(r * r - (width * width) / 4) };
 }
-/** How high the bevels of a skew chisel go; it is no shorter. */
+/** Height of the bevels of a skew chisel, which is its min length. */
 function bevelsOf({ width, skew_deg, bevel_deg, thickness }: Of<"skew">): number {
   const skew = (skew_deg * Math.PI) / 180;
   return (
@@ -141,12 +144,12 @@ const bladed = <T extends { length: number }>(tool: T, height: number): T => ({
   ...tool,
   length: Math.min(tool.length, height),
 });
-/** Of head and neck so much, and no shank. */
+/** Shortens head and neck to a height, without a shank. */
 function withoutShank<T extends { reach: number; length: number }>(tool: T, height: number): T {
   const reach = Math.min(tool.reach, height);
   return { ...tool, reach, length: reach };
 }
-/** Head, neck and shank, as turned. */
+/** Head, neck and shank, as solids of revolution. */
 const stemmed = (
   head: [number, number][],
   { neck, reach, shank, length }: { neck: number; reach: number; shank: number; length: number },
@@ -160,7 +163,7 @@ const stemmed = (
     [0, length],
   );
 
-/** The stamp that is held, as the studio made it. */
+/** The surface of the held stamp, from the studio. */
 let stamp = new THREE.BufferGeometry();
 export function setStamp(vertices: Float32Array, triangles: Uint32Array): void {
   const solid = new THREE.BufferGeometry();
@@ -186,7 +189,7 @@ export const TOOLS: { [S in Shape]: Row<S> } = {
     name: "Finger",
     icon: '<path d="M4 3h16Q12 41 4 3z" />',
     powered: false,
-    // As wide as a ball would be, a radius above its tip.
+    // One radius above its tip, it is as wide as a ball.
     make: (radius) => ({ shape: "finger", ks: 1 / radius, length: FINGER_LENGTH }),
     height: length,
     shortened: (tool, height) => ({ ...tool, length: Math.min(tool.length, height) }),
@@ -242,7 +245,7 @@ export const TOOLS: { [S in Shape]: Row<S> } = {
     icon: '<path d="M7 2h10v6l-2.8 12a2.3 2.3 0 0 1-4.4 0L7 8zM7 8h10" />',
     powered: true,
     form: { name: "Taper", unit: "°", min: 5, max: 120, value: 20 },
-    // A ball of a third of its shank, as such cutters are sold.
+    // The ball has a third of the shank's radius, as in commercial cutters.
     make: (radius, angle_deg) => ({
       shape: "tapered",
       ball: radius / 3,
@@ -541,14 +544,16 @@ export const TOOLS: { [S in Shape]: Row<S> } = {
   },
 };
 export const SHAPES = Object.keys(TOOLS) as Shape[];
-/** A tool of every shape, for tests. `share`: where its own number is between its least and its most. */
+/**
+ * A tool of every shape, for tests. `share`: position of its parameter between its min and its max.
+ */
 export const everyTool = (radius: number, share: number): HeldTool[] =>
   SHAPES.map((shape) => {
     const { form, make } = TOOLS[shape];
     return make(radius, form ? form.min + share * (form.max - form.min) : 0);
   });
 
-/** The tool, if a person can hold it; null for those of scenes only. */
+/** The tool, if a user can hold it; null if it exists only in scenes. */
 export const held = (tool: Tool | null): HeldTool | null =>
   tool && tool.shape in TOOLS ? (tool as HeldTool) : null;
 
@@ -560,10 +565,10 @@ export const shortened = (tool: HeldTool, height: number): HeldTool =>
 export const sizeOf = (tool: HeldTool): string => rowOf(tool).size(tool);
 export const toolSurface = (tool: HeldTool): THREE.BufferGeometry => rowOf(tool).surface(tool);
 
-/** A picture of the shape. */
+/** The icon of the shape. */
 export const iconOf = (shape: Shape): string =>
   `<svg viewBox="0 0 24 24" aria-hidden="true">${TOOLS[shape].icon}</svg>`;
-/** A button for each, the first one chosen. */
+/** A button for each tool. The first one is chosen. */
 export const toolButtons = (): string =>
   SHAPES.map((shape, i) => {
     const { name } = TOOLS[shape];

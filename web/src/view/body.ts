@@ -5,7 +5,7 @@ import * as THREE from "three";
 export interface Body {
   id: number;
   name: string;
-  /** From its lattice into the world. */
+  /** Maps its lattice into the world. */
   matrix: THREE.Matrix4;
   visible: boolean;
   locked: boolean;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-// From where one looks: a camera in perspective and a parallel one, how they are turned, and what a
-// point of the window means in the world. Z is up, lengths are mm.
+// The perspective and the orthographic camera, their motion, and the map from the window to the
+// world. Z is up, lengths are mm.
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import type { Vec3 } from "../base/vec3";
 
-/** The pixels at each edge of the window that something covers. */
+/** The covered pixels at each edge of the window. */
 export interface Insets {
   left: number;
   right: number;
@@ -18,28 +18,30 @@ export interface Size {
 }
 
 const NOTHING: Insets = { left: 0, right: 0, top: 0, bottom: 0 };
-const FIELD = 35; // of view [degrees]
+const FIELD = 35; // angle of view [degrees]
 const HALF_FIELD = (FIELD * Math.PI) / 360; // [rad]
 const TURN_MS = 260;
 
-/** Z is up here; three's spherical coordinates have Y up. */
+/** Z is up here, but Y is up in the spherical coordinates of three.js. */
 const asUp = (v: THREE.Vector3): THREE.Vector3 => v.set(v.x, v.z, -v.y);
 const asStands = (v: THREE.Vector3): THREE.Vector3 => v.set(v.x, -v.z, v.y);
 
 export class Cameras {
   readonly controls: OrbitControls;
   current: THREE.PerspectiveCamera | THREE.OrthographicCamera;
-  /** Whether anything was framed. */
+  /** True if frame() has been called. */
   framed = false;
-  /** Of the picture that is taken; null: the canvas has the window's. */
+  /** Size of the picture that is taken; null: the canvas has the window's size. */
   size: Size | null = null;
   private perspective = new THREE.PerspectiveCamera(FIELD, 1, 1, 5000);
   private parallel = new THREE.OrthographicCamera(-1, 1, 1, -1, 1, 5000);
   private ray = new THREE.Raycaster();
   private covered = NOTHING;
-  private radius = 0; // of what was framed
-  private share = 1; // of the height, that the free area's breadth is, at most 1: what FIELD is the angle of, by its height
-  private half = 1; // of the free area's shorter side, as parallel shows it without zoom [mm]
+  private radius = 0; // of the framed sphere
+  // width of the free area over its height, at most 1; FIELD is the angle of this share
+  private share = 1;
+  // half the shorter side of the free area in the orthographic view without zoom [mm]
+  private half = 1;
   private turning = 0; // counts turns of the camera to a view
 
   constructor(
@@ -59,19 +61,19 @@ export class Cameras {
     this.controls.addEventListener("change", () => this.redraw());
   }
 
-  /** What the view turns about. */
+  /** The point that the view turns about. */
   get target(): THREE.Vector3 {
     return this.controls.target;
   }
   get eye(): Vec3 {
     return this.current.position.toArray() as Vec3;
   }
-  /** The size of what is drawn into, in pixels of the window. */
+  /** Size of the drawing, in pixels of the window. */
   get drawn(): Size {
     return this.size ?? { width: this.canvas.clientWidth, height: this.canvas.clientHeight };
   }
 
-  // ---- What a point of the window means
+  // ---- From the window to the world
 
   /** The line of sight through a point of the window. */
   rayAt(x: number, y: number): THREE.Ray {
@@ -83,7 +85,7 @@ export class Cameras {
     );
     return this.ray.ray;
   }
-  /** How many mm a pixel of the window is wide at a place. */
+  /** Width of a pixel of the window at a place [mm]. */
   perPixel(at: THREE.Vector3): number {
     const r = this.canvas.getBoundingClientRect(),
       seen = at.clone().project(this.current),
@@ -91,20 +93,20 @@ export class Cameras {
     beside.x += 2 / r.width;
     return seen.unproject(this.current).distanceTo(beside.unproject(this.current));
   }
-  /** Where the window shows a place. */
+  /** Position of a place in the window. */
   onScreen(place: Vec3): { x: number; y: number } {
     const r = this.canvas.getBoundingClientRect();
     this.current.updateMatrixWorld();
     const at = new THREE.Vector3(...place).project(this.current);
     return { x: r.left + ((1 + at.x) / 2) * r.width, y: r.top + ((1 - at.y) / 2) * r.height };
   }
-  /** From a point towards the eye. */
+  /** Direction from a point towards the eye. */
   towardsEye(point: THREE.Vector3): THREE.Vector3 {
     if (this.orthographic)
       return new THREE.Vector3(0, 0, 1).applyQuaternion(this.current.quaternion);
     return this.current.position.clone().sub(point).normalize();
   }
-  /** Along a pen that is tilted so from upright on the screen [degrees]. */
+  /** Direction of a pen with this tilt from the normal of the screen [degrees]. */
   alongPen(tiltX: number, tiltY: number): THREE.Vector3 {
     const tangent = (degrees: number): number =>
       Math.tan((Math.max(-80, Math.min(80, degrees)) * Math.PI) / 180);
@@ -112,15 +114,15 @@ export class Cameras {
       .normalize()
       .applyQuaternion(this.current.quaternion);
   }
-  /** From the world's frame into the camera's: columns are the camera's right, up and backward. */
+  /** Rotation of the camera: its columns are the camera's right, up and backward. */
   get turned(): THREE.Matrix4 {
     this.current.updateMatrixWorld();
     return new THREE.Matrix4().extractRotation(this.current.matrixWorld);
   }
 
-  // ---- Where the camera is
+  // ---- Position of the camera
 
-  /** Shows all of a sphere, seen from this direction. */
+  /** Moves the camera so that it shows a whole sphere from this direction. */
   frame({ center, radius }: THREE.Sphere, from: THREE.Vector3): void {
     this.turning++;
     this.fit();
@@ -142,7 +144,7 @@ export class Cameras {
   get orthographic(): boolean {
     return this.current === this.parallel;
   }
-  /** What is in the middle keeps its size. */
+  /** The centre of the view keeps its scale. */
   set orthographic(on: boolean) {
     if (on === this.orthographic) return;
     this.turning++;
@@ -152,7 +154,7 @@ export class Cameras {
     if (on) {
       this.half = half * this.share * far;
       this.parallel.zoom = 1;
-      // However near the eye was: what lies behind it would not be seen.
+      // Moved back, because solid behind the eye would not be visible.
       far = Math.max(far, 4 * this.radius);
     } else far = this.half / this.share / this.parallel.zoom / half;
     this.current = on ? this.parallel : this.perspective;
@@ -164,8 +166,8 @@ export class Cameras {
   }
 
   /**
-   * Looks at the middle from there, as far away as before; turned there in a moment, unless the
-   * person wants no motion.
+   * Turns the camera to this direction, at the same distance. The turn is animated unless the user
+   * prefers reduced motion.
    */
   turnTo(from: Vec3): void {
     const turn = ++this.turning,
@@ -175,7 +177,7 @@ export class Cameras {
     );
     const end = new THREE.Spherical().setFromVector3(asUp(new THREE.Vector3(...from)));
     end.phi = Math.min(Math.PI - 0.001, Math.max(0.001, end.phi));
-    // From above and below, the side that is nearer is kept in front.
+    // From above and below, the nearer side remains in front.
     if (Math.abs(from[2]) > 0 && from[0] === 0 && from[1] === 0)
       end.theta = Math.round(begin.theta / (Math.PI / 2)) * (Math.PI / 2);
     const around =
@@ -201,8 +203,8 @@ export class Cameras {
   }
 
   /**
-   * Once around the upright axis in `count` places; draw() is called at each until it says false.
-   * Then the camera is where it was.
+   * Moves once around the vertical axis in `count` positions. Calls draw() at each until it returns
+   * false. Then restores the camera.
    */
   async aroundOnce(count: number, draw: (index: number) => Promise<boolean>): Promise<void> {
     const about = this.target.clone(),
@@ -223,7 +225,7 @@ export class Cameras {
     }
   }
 
-  /** The solid is shown in what these leave free. */
+  /** Shows the solid in the area that these insets leave free. */
   cover(insets: Insets): void {
     const { left, right, top, bottom } = this.covered;
     if (
@@ -238,16 +240,16 @@ export class Cameras {
     this.redraw();
   }
 
-  /** The solid in the middle of what is not covered. */
+  /** Centres the solid in the free area. */
   fit(): void {
     const { width: w, height: h } = this.drawn;
     const { left, right, top, bottom } = this.size ? NOTHING : this.covered;
     const wide = w - left - right,
       high = h - top - bottom;
     if (wide <= 0 || high <= 0) return;
-    // A turn of the wrist, or a sheet, that leaves less breadth for the height: what was all shown
-    // still is. A picture of another shape is for a moment only: there the camera stays where it
-    // is.
+    // If the free area becomes narrower (a rotated phone, an open sheet), the camera moves back so
+    // that the whole solid stays visible. It does not move for a picture of another shape, which is
+    // taken at once.
     const share = Math.min(1, wide / high),
       { perspective, parallel } = this;
     perspective.zoom = this.size ? share / this.share : 1;
@@ -260,13 +262,14 @@ export class Cameras {
       this.share = share;
     }
     if (this.orthographic) {
-      // Of all the window, so that the solid moves as far as a pointer that moves it.
+      // For the whole window, so that the solid moves as far as the pointer that drags it.
       parallel.top = (this.half * h) / Math.min(wide, high);
       parallel.right = (this.half * w) / Math.min(wide, high);
       parallel.bottom = -parallel.top;
       parallel.left = -parallel.right;
       parallel.setViewOffset(w, h, (right - left) / 2, (bottom - top) / 2, w, h);
     } else perspective.setViewOffset(wide, high, -left, -top, w, h);
-    this.controls.panSpeed = this.orthographic ? 1 : h / high; // in perspective it reckons with the canvas's height
+    // the perspective pan uses the canvas's height
+    this.controls.panSpeed = this.orthographic ? 1 : h / high;
   }
 }

@@ -11,14 +11,14 @@ export interface Lattice {
   pitch: number;
 }
 
-/** The corner of the first cell of the chunk with that name. */
+/** The corner of the first cell of a chunk. */
 export function cornerOf(place: string, { origin, pitch }: Lattice): number[] {
   return place.split(",").map((p, i) => origin[i] + (CELLS * Number(p) - 1) * pitch);
 }
 
 /**
- * Calls use(place, geometry) for each chunk; null where nothing is left of it. `pose`: where the
- * lattice stands; null: as the world does.
+ * Calls use(place, geometry) for each chunk, with null for an empty one. `pose`: pose of the
+ * lattice; null: the world's.
  */
 export function unpack(
   data: Uint8Array,
@@ -51,7 +51,7 @@ export function unpack(
     }
     const index = new Uint16Array(3 * triangles);
     for (let i = 0; i < index.length; i++) index[i] = u16();
-    // Red, green, blue, and whether it is painted.
+    // Red, green, blue, and 1 if it is painted.
     const paint = new Uint8Array(4 * vertices);
     if (isPainted) {
       paint.set(data.subarray(at, at + paint.length));
@@ -73,7 +73,7 @@ export function unpack(
   }
 }
 
-/** One body's chunks as they were sent, in the order of their places. */
+/** The bytes of one body's chunks, in the order of their places. */
 export function pack(chunks: Map<string, THREE.BufferGeometry>, lattice: Lattice): Uint8Array {
   const placed = [...chunks].map(([name, geometry]) => ({
     place: name.split(",", 3).map(Number),

@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: MIT
-// The solid with fewer triangles, for machines without a graphics card while the camera moves: of
-// each chunk, vertices near each other give way to one of them. Those at its edge stay, since the
-// neighbour has them, too: no crack opens.
+// The solid with fewer triangles, for machines without a graphics card while the camera moves. In
+// each chunk, one vertex replaces its neighbours. Vertices at the chunk's edge stay, because the
+// next chunk has them too. So no cracks open.
 import * as THREE from "three";
 import { CELLS, cornerOf, type Lattice } from "./chunks";
 
-const WIDE = 3; // cells along each side of what is drawn as one vertex
-const PLACES = Math.ceil((CELLS + 1) / WIDE); // along each side; the neighbours' cells reach in
+const WIDE = 3; // cells along each side of the cube that is drawn as one vertex
+// such cubes along each side of a chunk, including cells shared with neighbours
+const PLACES = Math.ceil((CELLS + 1) / WIDE);
 
 /**
- * `corner` is that of the chunk's first cell, `pitch` a cell's side [mm]; of one that is turned, of
- * the box around it. Attributes are those of `fine`.
+ * `corner`: corner of the chunk's first cell. `pitch`: side of a cell [mm]. For a rotated chunk,
+ * both are those of its bounding box. The attributes are those of `fine`.
  */
 function coarser(
   fine: THREE.BufferGeometry,
@@ -19,10 +20,10 @@ function coarser(
 ): THREE.BufferGeometry {
   const position = fine.attributes.position.array,
     index = fine.index!.array;
-  const stands = new Uint16Array(fine.attributes.position.count); // for each vertex the one that is drawn
+  // the vertex that replaces each vertex
+  const stands = new Uint16Array(fine.attributes.position.count);
   const first = new Int32Array(PLACES ** 3).fill(-1);
-  // Around a vertex that triangles surround, each neighbour comes once as the next and once as the
-  // one before.
+  // Around an interior vertex, each neighbour is once the next corner and once the previous one.
   const open = new Int32Array(stands.length);
   for (let i = 0; i < index.length; i += 3)
     for (let k = 0; k < 3; k++)
@@ -64,13 +65,13 @@ function aroundTurned(geometry: THREE.BufferGeometry): [number[], number] {
 
 export class Coarse {
   readonly group = new THREE.Group();
-  private made = new Map<THREE.Mesh, THREE.Mesh>(); // for chunks that are shown
+  private made = new Map<THREE.Mesh, THREE.Mesh>(); // by visible chunk
 
   constructor() {
     this.group.visible = this.group.matrixWorldAutoUpdate = false;
   }
 
-  /** Makes it of these chunks, by their places; what was made of them before is kept. */
+  /** Makes the coarse chunks. Reuses those of unchanged chunks. */
   follow(chunks: Map<string, THREE.Mesh>, lattice: Lattice): void {
     const gone = new Set(this.made.keys());
     for (const [place, mesh] of chunks) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The view cube: turns with the camera; its faces, edges and corners are buttons that lead to the
-// view from there. By keyboard it is one stop: the arrows go to the next view, 45 degrees on.
+// The view cube turns with the camera. Its faces, edges and corners are buttons for the view from
+// there. The keyboard focuses it once; the arrow keys then select the next view, 45 degrees
+// further.
 import type * as THREE from "three";
 import type { Vec3 } from "../base/vec3";
 
@@ -12,7 +13,7 @@ const FACES: { name: string; normal: Vec3; right: Vec3; up: Vec3 }[] = [
   { name: "Top", normal: [0, 0, 1], right: [1, 0, 0], up: [0, 1, 0] },
   { name: "Bottom", normal: [0, 0, -1], right: [1, 0, 0], up: [0, -1, 0] },
 ];
-const HALF = 30; // of its side [px]
+const HALF = 30; // half of its side [px]
 
 const nameOf = (from: Vec3): string =>
   [
@@ -25,8 +26,9 @@ const nameOf = (from: Vec3): string =>
 
 export class ViewCube {
   private body = document.createElement("div");
-  private buttons = new Map<string, HTMLButtonElement>(); // by the view's direction: those the keyboard can reach
-  private at: Vec3 = [0, -1, 0]; // where the keyboard is
+  // buttons that the keyboard can reach, by view direction
+  private buttons = new Map<string, HTMLButtonElement>();
+  private at: Vec3 = [0, -1, 0]; // the focused button
 
   constructor(
     into: HTMLElement,
@@ -39,9 +41,9 @@ export class ViewCube {
     this.reach(this.at);
   }
 
-  /** As the camera stands: its right, up and backward are the columns. */
+  /** Turns with the camera. The columns are its right, up and backward. */
   turn(camera: THREE.Matrix4): void {
-    // CSS has Y down: the world's x, -z, y are the cube's axes.
+    // Y is down in CSS. The cube's axes are the world's x, -z, y.
     const m = camera.elements,
       row = (k: number): number[] => [m[4 * k], m[4 * k + 1], m[4 * k + 2]];
     const [r, u, b] = [row(0), row(1), row(2)];
@@ -51,7 +53,7 @@ export class ViewCube {
   private face({ name, normal, right, up }: (typeof FACES)[number]): HTMLElement {
     const face = document.createElement("div");
     face.className = "cube-face";
-    // Its x to the right, its y down, its z out.
+    // A face's x is to the right, its y down, its z outward.
     face.style.transform = `matrix3d(${right.join()},0,${up.map((x) => -x).join()},0,${normal.join()},0,${normal.map((x) => HALF * x).join()},1)`;
     for (let row = 1; row >= -1; row--)
       for (let column = -1; column <= 1; column++) {
@@ -62,7 +64,7 @@ export class ViewCube {
         button.tabIndex = -1;
         if (row === 0 && column === 0) button.textContent = name;
         button.title = `${nameOf(from)} view`;
-        // Edges and corners are on several faces; one of these is enough for who can't see them.
+        // Edges and corners are on several faces. Screen readers need only one of these.
         if (this.buttons.has(key)) button.ariaHidden = "true";
         else this.buttons.set(key, button);
         button.ariaLabel = `${nameOf(from)} view`;
@@ -75,7 +77,7 @@ export class ViewCube {
     return face;
   }
 
-  /** The one that Tab leads to. */
+  /** The button that Tab focuses. */
   private reach(from: Vec3): void {
     this.buttons.get(this.at.join())!.tabIndex = -1;
     this.at = from;
@@ -91,7 +93,7 @@ export class ViewCube {
     const [x, y, z] = this.at;
     let to: Vec3;
     if (x === 0 && y === 0) {
-      // From above or below it goes down to the front.
+      // From above or below, it goes to the front.
       if (up === 0 || up === z) return;
       to = [0, -1, z];
     } else if (up !== 0 && z === up) to = [0, 0, up];

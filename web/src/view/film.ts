@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Pictures to a film: the browser's encoder (WebCodecs, VP8), and what a WebM file needs around
-// that. Frames have the time they are for, however long it took to draw them.
+// Makes a film of pictures with the browser's encoder (WebCodecs, VP8) and writes the WebM file. A
+// frame has its nominal time, independent of the time that drawing took.
 
 interface Frame {
   ms: number;
@@ -11,7 +11,7 @@ interface Frame {
 const KEY_EVERY_S = 1;
 const BITS_A_PIXEL = 0.2;
 
-/** Whether this browser can make films. */
+/** True if this browser can make films. */
 export const canFilm = (): boolean => typeof VideoEncoder === "function";
 
 export class Film {
@@ -45,7 +45,7 @@ export class Film {
     });
   }
 
-  /** The next frame; resolves when there is room for another. */
+  /** Adds a frame. Resolves when the encoder has room for another. */
   async add(picture: HTMLCanvasElement, index: number): Promise<void> {
     const frame = new VideoFrame(picture, {
       timestamp: Math.round((1e6 * index) / this.rate),
@@ -57,7 +57,7 @@ export class Film {
     frame.close();
     while (this.encoder.encodeQueueSize > 3 && !this.failed)
       await new Promise((done) => setTimeout(done, 5));
-    // The page is shown between frames, so that it can be left off.
+    // The page stays responsive between frames, so that the user can cancel.
     await new Promise((done) => setTimeout(done, 0));
     if (this.failed) throw this.failed;
   }
@@ -75,7 +75,7 @@ export class Film {
   }
 }
 
-// ---- Matroska: elements of an identifier, a size and what is in them
+// ---- Matroska: an element has an identifier, a size and content
 
 function joined(parts: Uint8Array[]): Uint8Array {
   const all = new Uint8Array(parts.reduce((sum, part) => sum + part.length, 0));
@@ -86,7 +86,7 @@ function joined(parts: Uint8Array[]): Uint8Array {
   }
   return all;
 }
-/** In as many bytes as it needs. */
+/** In the min number of bytes. */
 function number(value: number): Uint8Array {
   const bytes: number[] = [];
   for (let rest = value; rest > 0 || bytes.length === 0; rest = Math.floor(rest / 256))

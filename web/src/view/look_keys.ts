@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Looking by keys: the arrows turn the piece, with Shift they move it; plus and minus go nearer and
-// farther.
+// Keys of the view: arrows turn the piece, or move it with Shift. Plus and minus zoom.
 import * as THREE from "three";
 import type { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 
 const TURN_RAD = Math.PI / 24;
-const MOVE = 0.08; // of the window's height
+const MOVE = 0.08; // share of the window's height
 const NEARER = 1 / 1.15;
-const STEEPEST = 0.02; // radians from looking straight down
+const STEEPEST = 0.02; // min angle from looking straight down [rad]
 
 const WAYS: Record<string, [number, number]> = {
   ArrowLeft: [-1, 0],
@@ -19,18 +18,19 @@ const WAYS: Record<string, [number, number]> = {
 export function lookByKeys(canvas: HTMLElement, controls: OrbitControls): void {
   canvas.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey || !controls.enabled) return;
-    // The one that is looked through now.
+    // The active camera.
     const camera = controls.object as THREE.PerspectiveCamera | THREE.OrthographicCamera;
     const eye = camera.position,
       from = eye.clone().sub(controls.target),
       way = WAYS[event.key];
     if (!way && !["+", "=", "-"].includes(event.key)) return;
     event.preventDefault();
-    controls.dispatchEvent({ type: "start" }); // what else turns the camera leaves off
+    controls.dispatchEvent({ type: "start" }); // stops other rotations of the camera
     if (way && event.shiftKey) {
       const right = new THREE.Vector3().setFromMatrixColumn(camera.matrix, 0),
         up = new THREE.Vector3().setFromMatrixColumn(camera.matrix, 1);
-      // At the middle, a projection's sixth number is 2 / height, in perspective at distance 1.
+      // The sixth number of a projection matrix is 2 / height of the view; in perspective, at
+      // distance 1.
       const high = 2 / camera.projectionMatrix.elements[5],
         far = camera instanceof THREE.OrthographicCamera ? 1 : from.length();
       const by = right
@@ -40,7 +40,7 @@ export function lookByKeys(canvas: HTMLElement, controls: OrbitControls): void {
       eye.add(by);
       controls.target.add(by);
     } else if (way) {
-      // The piece turns the way of the arrow.
+      // The piece turns in the direction of the arrow.
       const distance = from.length(),
         around = Math.atan2(from.y, from.x) - TURN_RAD * way[0];
       const down = Math.max(
@@ -61,7 +61,7 @@ export function lookByKeys(canvas: HTMLElement, controls: OrbitControls): void {
       if (camera instanceof THREE.OrthographicCamera) {
         camera.zoom /= factor;
         camera.updateProjectionMatrix();
-        controls.dispatchEvent({ type: "change" }); // of a zoom that is set, update() tells nobody
+        controls.dispatchEvent({ type: "change" }); // update() fires no event for a changed zoom
       } else eye.copy(controls.target).addScaledVector(from, factor);
     }
     controls.update();

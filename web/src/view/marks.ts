@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-// Marks around the solid that are no part of it: planes and axis of symmetry, the plane that depth
-// counts from, the ring under the pointer, and the grid on the ground. Lengths are mm.
+// Marks around the solid: planes and axis of symmetry, the plane that depth is measured from, the
+// ring under the pointer, and the grid on the ground. Lengths are mm.
 import * as THREE from "three";
 import type { Hit } from "./pick";
 
 const BLUE = 0x0072b2;
 const UP = new THREE.Vector3(0, 0, 1);
 
-/** A rectangle around the middle of a box, normal to an axis, as large as the box. */
+/** A rectangle through the centre of a box, normal to an axis, with the size of the box. */
 function frameAcross(axis: number, box: THREE.Box3): THREE.LineLoop {
   const half = box.getSize(new THREE.Vector3()).multiplyScalar(0.5),
     [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
@@ -32,8 +32,8 @@ function frameAcross(axis: number, box: THREE.Box3): THREE.LineLoop {
 
 export class Marks {
   readonly group = new THREE.Group();
-  private piece = new THREE.Box3(); // what the solid is cut from
-  private radius = 0; // of the sphere around what was framed
+  private piece = new THREE.Box3(); // the piece that the solid is cut from
+  private radius = 0; // radius of the framed sphere
   private grid: THREE.GridHelper | null = null;
   private planes = new THREE.Group();
   private level = new THREE.Mesh(
@@ -71,7 +71,7 @@ export class Marks {
     this.group.add(this.planes, this.level, this.ring, this.folds);
   }
 
-  /** Another document. */
+  /** Resets for another document. */
   begin(piece: THREE.Box3): void {
     this.piece.copy(piece);
     this.ring.visible = false;
@@ -83,7 +83,7 @@ export class Marks {
     for (const axis of [0, 1, 2]) this.planes.add(frameAcross(axis, piece));
   }
 
-  /** Puts a grid below what is looked at; its lines are 1, 10, 100 ... mm apart. */
+  /** Puts a grid below the visible solid. Its lines are 1, 10, 100 ... mm apart. */
   frame(box: THREE.Box3, { center, radius: r }: THREE.Sphere): void {
     this.radius = r;
     if (this.grid) this.group.remove(this.grid);
@@ -103,8 +103,8 @@ export class Marks {
   }
 
   /**
-   * Frames around the planes of symmetry (bits 1 normal to x, 2 to y, 4 to z); the axis that all
-   * goes around, and where each of `fold` parts begins.
+   * Shows frames of the mirror planes (bits: 1 normal to x, 2 to y, 4 to z), the axis of rotation,
+   * and the start of each of the `fold` parts.
    */
   showSymmetry(planes: number, fold: number, axis: number): void {
     this.planes.children.forEach((frame, i) => (frame.visible = ((planes >> i) & 1) === 1));
@@ -131,7 +131,7 @@ export class Marks {
     this.redraw();
   }
 
-  /** The plane that depth counts from; null: none. */
+  /** Shows the plane that depth is measured from; null: none. */
   showPlane(plane: Hit | null): void {
     this.level.visible = plane !== null;
     if (plane) {
@@ -142,7 +142,7 @@ export class Marks {
     this.redraw();
   }
 
-  /** A ring on the wood; null: none. */
+  /** Shows a ring on the wood; null: none. */
   showRing(at: Hit | null, radius: number): void {
     this.ring.visible = at !== null;
     if (at) {

@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: MIT
-// Draws frames: the solid into an image of its own, all of it or only where it has changed, and over
-// that what moves. Where drawing is slow, it draws fewer pixels while the camera moves.
+// Draws frames. The solid is drawn into a separate image, completely or only where it has changed.
+// Moving objects are drawn over it. If drawing is slow, it draws fewer pixels while the camera
+// moves.
 import * as THREE from "three";
 import type { Cameras } from "./cameras";
 import { Coarse } from "./coarse";
 import { SolidImage, type Shades } from "./shading";
 import type { Solid } from "./solid";
 
-const REST_MS = 350; // without a change, after which a slow machine draws as well as it can
-const ROUGH = 0.4; // pixels a pixel, where drawing is slow and the camera moves
-/** Opacity of the solid, where what is inside is shown. */
+const REST_MS = 350; // time without a change after which a slow machine draws at full quality
+const ROUGH = 0.4; // drawn pixels per pixel while the camera moves, if drawing is slow
+/** Opacity of the solid while its inside is shown. */
 const GHOST = 0.3;
 
-/** Whether there is no graphics card to draw with. */
+/** True if there is no graphics card. */
 function drawnBySoftware(): boolean {
   const probe = document.createElement("canvas").getContext("webgl2");
   const about = probe?.getExtension("WEBGL_debug_renderer_info");
@@ -21,7 +22,7 @@ function drawnBySoftware(): boolean {
   return /swiftshader|llvmpipe|software|basic render/i.test(name);
 }
 
-/** The part of a lens's picture, w by h pixels, that shows `part` of it, as a frustum. */
+/** The frustum of `part` of a camera's picture, which has w by h pixels. */
 function frustumOf(camera: THREE.Camera, part: THREE.Box2, w: number, h: number): THREE.Frustum {
   const size = part.getSize(new THREE.Vector2()),
     middle = part.getCenter(new THREE.Vector2());
@@ -40,32 +41,34 @@ function frustumOf(camera: THREE.Camera, part: THREE.Box2, w: number, h: number)
 export class Painter {
   readonly renderer: THREE.WebGLRenderer;
   readonly shades: Shades = { hollows: true, cavity: 0.5, toned: true, reach: 1, section: null };
-  /** Nothing is drawn. */
+  /** If true, nothing is drawn. */
   still = false;
-  /** The number of frames that were drawn. */
+  /** Number of drawn frames. */
   frames = 0;
-  /** The solid is seen through. */
+  /** The solid is transparent. */
   ghostly = false;
-  /** While the camera moves there are fewer pixels, and shadows are drawn at rest. */
+  /** True: fewer pixels while the camera moves, and shadows only at rest. */
   slow = drawnBySoftware();
-  /** Called when the camera stands elsewhere. */
+  /** Called when the camera has moved. */
   onCamera: () => void = () => undefined;
-  private coarse = new Coarse(); // the chunks, for rough images
-  private ratio = Math.min(this.slow ? 1 : 2, window.devicePixelRatio); // pixels a pixel; fewer where drawing is slow
-  private began = 0; // the last frame, and when it was drawn
+  private coarse = new Coarse(); // the chunks of low-quality images
+  // drawn pixels per pixel; lower if drawing is slow
+  private ratio = Math.min(this.slow ? 1 : 2, window.devicePixelRatio);
+  private began = 0; // start and end of the last frame
   private ended = 0;
-  private late = 0; // frames that took long, one right after the other
+  private late = 0; // number of consecutive slow frames
   private resting = 0; // a timer
-  private asked = false; // a frame is
+  private asked = false; // a frame is requested
   private best: SolidImage;
   private rough: SolidImage;
-  private image: SolidImage; // the one that shows the solid as it is
-  private seen = { camera: new THREE.Matrix4(), lens: new THREE.Matrix4() }; // how the solid was drawn last
-  private stale = true; // all of the solid is to be drawn
+  private image: SolidImage; // the image that shows the current solid
+  // camera of the last image
+  private seen = { camera: new THREE.Matrix4(), lens: new THREE.Matrix4() };
+  private stale = true; // the whole solid must be drawn
 
   constructor(
     private canvas: HTMLCanvasElement,
-    /** The solid and its light, and what moves over it. */
+    /** The solid with its light, and the objects that move over it. */
     private scene: THREE.Scene,
     private over: THREE.Scene,
     private solid: Solid,
@@ -76,7 +79,7 @@ export class Painter {
     this.renderer.localClippingEnabled = true;
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = this.slow ? THREE.PCFShadowMap : THREE.PCFSoftShadowMap;
-    // Shadows are drawn again when what throws them changes, not when the camera moves.
+    // Shadows are drawn again when their objects change, not when the camera moves.
     this.renderer.shadowMap.autoUpdate = false;
     this.best = new SolidImage(this.renderer, {
       samples: this.slow ? 0 : 4,
@@ -89,7 +92,7 @@ export class Painter {
     new ResizeObserver(() => this.redraw()).observe(canvas);
   }
 
-  /** Whether the solid is shown as well as it can be. */
+  /** True if the solid is shown at full quality. */
   get settled(): boolean {
     return (
       !this.asked &&
@@ -100,13 +103,13 @@ export class Painter {
     );
   }
 
-  /** Another document. */
+  /** Resets for another document. */
   begin(): void {
     this.coarse.follow(this.solid.shown, this.solid.lattice);
     this.redrawSolid();
   }
 
-  /** What moves over the solid has changed, or the camera, or chunks. */
+  /** Draws a frame: a moving object, the camera or chunks have changed. */
   redraw(): void {
     if (this.asked || this.still || this.cameras.size) return;
     this.asked = true;
@@ -122,17 +125,17 @@ export class Painter {
       if (this.slow && (this.image !== this.best || this.solid.shadowsStale)) this.refineAtRest();
     });
   }
-  /** All of the solid looks different. */
+  /** Draws the whole solid again, because its look has changed. */
   redrawSolid(): void {
     this.stale = true;
     this.redraw();
   }
 
-  /** Draws fewer pixels where frames take long. */
+  /** Draws fewer pixels if frames are slow. */
   private adapt(asked: number, now: number): void {
     const took = now - this.began;
-    // Only where one frame was asked for right after the other does the time between them tell
-    // how long they take.
+    // The time between two frames measures their cost only if the second was requested right after
+    // the first.
     this.late = asked - this.ended < 25 && took > 60 && took < 400 ? this.late + 1 : 0;
     if (this.late < 4) return;
     this.late = 0;
@@ -142,8 +145,8 @@ export class Painter {
   private refineAtRest(): void {
     window.clearTimeout(this.resting);
     const rest = (): void => {
-      // A stroke is drawn into the image that it began with; a rough one is first drawn as well
-      // as can be.
+      // A stroke is drawn into the image that it began with. A low-quality image is first drawn at
+      // full quality.
       if ((this.solid.inStroke && this.image === this.best) || this.still || this.cameras.size)
         this.resting = window.setTimeout(rest, REST_MS);
       else this.render(true);
@@ -151,7 +154,7 @@ export class Painter {
     this.resting = window.setTimeout(rest, REST_MS);
   }
 
-  /** Whole: as well as can be, with shadows as they now are. */
+  /** `whole`: draws the solid at full quality, with current shadows. */
   render(whole: boolean): void {
     const { cameras, solid } = this,
       ratio = cameras.size ? 1 : this.ratio;
@@ -169,7 +172,7 @@ export class Painter {
     const turned =
       !this.seen.camera.equals(camera.matrixWorld) ||
       !this.seen.lens.equals(camera.projectionMatrix);
-    // While a stroke is made on a slow machine, they stay as they were.
+    // During a stroke on a slow machine, shadows do not change.
     const shadows = solid.shadowsStale && whole;
     if (shadows) {
       this.renderer.shadowMap.needsUpdate = true;
@@ -196,7 +199,7 @@ export class Painter {
     if (turned) this.onCamera();
   }
 
-  /** The part of the image that shows chunks that have changed. */
+  /** Draws the part of the image with the changed chunks. */
   private drawChanged(width: number, height: number): void {
     const { solid, shades } = this,
       camera = this.cameras.current,
@@ -208,14 +211,17 @@ export class Painter {
     part.expandByScalar(3);
     part.intersect(new THREE.Box2(new THREE.Vector2(), new THREE.Vector2(w, h)));
     if (part.isEmpty()) return;
-    // Only what may be seen there is handed to the renderer.
+    // Only chunks that may be visible there are passed to the renderer.
     const frustum = frustumOf(camera, part, w, h);
     for (const mesh of solid.shown.values())
       mesh.visible = frustum.intersectsSphere(mesh.geometry.boundingSphere!);
     this.image.draw(this.scene, camera, shades, part);
     for (const mesh of solid.shown.values()) mesh.visible = true;
   }
-  /** Around all that has changed, in an image of w by h pixels; null: some of it is behind the eye. */
+  /**
+   * The rectangle around all changes, in an image of w by h pixels; null: a part of them is behind
+   * the eye.
+   */
   private changedPart(w: number, h: number): THREE.Box2 | null {
     const camera = this.cameras.current,
       part = new THREE.Box2(),
@@ -228,7 +234,7 @@ export class Painter {
           corner & 4 ? radius : -radius,
         );
         at.add(center).applyMatrix4(camera.matrixWorldInverse);
-        // What is behind the eye has no place in the window.
+        // A point behind the eye has no position in the window.
         if (!this.cameras.orthographic && at.z > -camera.near) return null;
         at.applyMatrix4(camera.projectionMatrix);
         part.expandByPoint(new THREE.Vector2(((1 + at.x) / 2) * w, ((1 + at.y) / 2) * h));

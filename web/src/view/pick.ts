@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Where a ray meets the chunks of a surface first: chunks by their bounds, from the nearest on, and
-// no further than what has been met.
+// Finds the first hit of a ray with the chunks of a surface. It visits chunks by the distance of
+// their bounds, up to the nearest hit.
 import * as THREE from "three";
 
 export interface Hit {
@@ -9,8 +9,7 @@ export interface Hit {
 }
 
 /**
- * Of a ray that is to be looked at from `near` to `far` [multiples of its direction]: what it meets
- * first.
+ * First hit of a ray within `near` to `far` [multiples of its direction].
  */
 interface Met {
   at: number;
@@ -18,10 +17,11 @@ interface Met {
   corners: [number, number, number];
   u: number;
   v: number;
-  leaves: boolean; // comes from inside
+  leaves: boolean; // the ray comes from inside
 }
 
-// Of a triangle's sides: each is rounded for itself, and a ray between two must meet one of them.
+// Tolerance at a triangle's sides. Each side is rounded separately, and a ray between two triangles
+// must hit one of them.
 const SLACK = 1e-9;
 
 function meet(
@@ -48,7 +48,7 @@ function meet(
     const hx = dy * e2z - dz * e2y,
       hy = dz * e2x - dx * e2z,
       hz = dx * e2y - dy * e2x;
-    const det = e1x * hx + e1y * hy + e1z * hz; // above zero where the ray goes in
+    const det = e1x * hx + e1y * hy + e1z * hz; // above zero if the ray enters
     if (det === 0) continue;
     const sx = ox - p[a],
       sy = oy - p[a + 1],
@@ -69,7 +69,7 @@ function meet(
 }
 
 /**
- * Section: what lies on the side its normal points away from is not there, and the cut is a face.
+ * `section`: the solid exists only on the side that its normal points to, and the cut is a face.
  */
 export function firstHit(
   surface: Iterable<THREE.BufferGeometry>,
@@ -108,7 +108,7 @@ export function firstHit(
     if (nearer) far = (met = nearer).at;
   }
   if (!met) return null;
-  // The first it meets is a way out: it was inside where it came through the section.
+  // The first hit leaves the solid. So the ray was inside when it passed the section.
   if (section && near > 0 && met.leaves)
     return { point: ray.at(near, new THREE.Vector3()), normal: section.normal.clone().negate() };
   const normals = met.geometry.attributes.normal,

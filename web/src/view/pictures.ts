@@ -4,7 +4,7 @@ import * as THREE from "three";
 import type { Cameras, Size } from "./cameras";
 import type { Painter } from "./painter";
 
-/** What a picture is of. Background: a colour of CSS; null for transparent. */
+/** The settings of a picture. `background`: a CSS colour; null: transparent. */
 export interface Capture extends Size {
   background: string | null;
 }
@@ -29,11 +29,11 @@ export class Pictures {
     private canvas: HTMLCanvasElement,
     private painter: Painter,
     private cameras: Cameras,
-    /** Left out. */
+    /** Objects that are not drawn. */
     private hidden: THREE.Object3D[],
   ) {}
 
-  /** A picture of what is shown, without the tool; null where the browser can't. */
+  /** A picture of the view, without the tool; null if the browser cannot make it. */
   async capture(of: Capture): Promise<Blob | null> {
     let picture: Promise<Blob | null> | null = null;
     await this.sized(of, async () => {
@@ -46,8 +46,8 @@ export class Pictures {
   }
 
   /**
-   * One turn about the upright axis in `count` pictures. use() gets each before the next is drawn,
-   * and says whether it wants more.
+   * One turn about the vertical axis in `count` pictures. use() gets each picture before the next
+   * is drawn, and returns true to continue.
    */
   async turntable(
     of: Capture,
@@ -66,7 +66,7 @@ export class Pictures {
     });
   }
 
-  /** As well as can be. */
+  /** At full quality. */
   private draw(): void {
     const were = this.hidden.map((object) => object.visible);
     for (const object of this.hidden) object.visible = false;
@@ -76,7 +76,7 @@ export class Pictures {
     this.painter.ghostly = ghostly;
     this.hidden.forEach((object, i) => (object.visible = were[i]));
   }
-  /** While the canvas has another size. */
+  /** Runs while the canvas has another size. */
   private async sized(of: Size, use: () => Promise<void>): Promise<void> {
     this.cameras.size = { width: of.width, height: of.height };
     this.canvas.style.objectFit = "contain";

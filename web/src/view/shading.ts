@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-// The solid as an image. It is drawn into buffers (light, normals, depth), each pixel is shaded by
-// what lies around it (ambient occlusion, cavity), and the outcome is kept: while solid and camera
-// rest, a frame is this image and what moves over it.
+// The solid as an image. It is drawn into buffers of light, normals and depth. Each pixel is then
+// shaded by its neighbourhood (ambient occlusion, cavity). The result is stored. While solid and
+// camera rest, a frame is this image and the moving objects over it.
 //
 //     draw: chunks ─► light, normals, depth ─► hollows ─► image, depth        show: image, depth ─► the canvas
 //
-// Where only some chunks have changed, draw() takes the rectangle of the screen they are in.
+// If only some chunks have changed, draw() gets their rectangle of the screen.
 import * as THREE from "three";
 import { FullScreenQuad } from "three/examples/jsm/postprocessing/Pass.js";
 import { FXAAShader } from "three/examples/jsm/shaders/FXAAShader.js";
@@ -14,17 +14,17 @@ const VERTEX = /* glsl */ `
 varying vec2 vUv;
 void main() { vUv = uv; gl_Position = vec4(position.xy, 0.0, 1.0); }`;
 
-// Places in the camera's frame. The normals' fourth component says what a pixel shows: 0 nothing,
-// 0.5 the surface, 1 the inside, seen through the section; this counts as lying in the section's
-// plane.
+// Positions in the camera's frame. The fourth component of a normal is the kind of the pixel: 0
+// nothing, 0.5 the surface, 1 the inside, seen through the section. The inside is drawn in the
+// section's plane.
 const PLACES = /* glsl */ `
 varying vec2 vUv;
 uniform sampler2D tDepth, tNormal;
 uniform mat4 unproject;
 uniform bool perspective, cut;
 uniform vec4 section;
-// Of the surface, however the section cuts it: on an axis of the camera, so that uv does not
-// matter.
+// Depth of the surface itself, also where the section cuts it. Computed on the camera's axis, so
+// that uv does not matter.
 float farAt(float depth) {
   float z = 2.0 * depth - 1.0;
   return (unproject[2].z * z + unproject[3].z) / (unproject[2].w * z + unproject[3].w);
@@ -38,19 +38,19 @@ vec3 placeAt(vec2 uv) {
 }`;
 
 const SAMPLES = 14;
-// How much of the sky above a point is hidden by what is nearer than the reach: the mean over a
-// spiral of points.
+// Share of the sky above a point that is hidden by surface within the reach: the mean over a spiral
+// of points.
 const HOLLOWS = /* glsl */ `
 ${PLACES}
 uniform vec2 size;
-uniform float reach, scale; // scale: pixels a mm at distance 1
+uniform float reach, scale; // scale: pixels per mm at distance 1
 void main() {
   vec4 said = texture2D(tNormal, vUv);
   if (said.a == 0.0) { gl_FragColor = vec4(1.0); return; }
   vec3 at = placeAt(vUv), normal = normalize(said.xyz);
   float wide = min(reach * scale / (perspective ? -at.z : 1.0), 0.1 * size.y);
-  // Sixteen turns of the spiral, one for each pixel of a square of four; their mean is taken when
-  // it is shown.
+  // The spiral has sixteen rotations, one for each pixel of a square of 4 x 4. The next pass
+  // averages them.
   ivec2 pixel = ivec2(gl_FragCoord.xy) & 3;
   float turn = float((pixel.x * 5 + pixel.y * 7 + (pixel.x ^ pixel.y) * 4) & 15) / 16.0;
   float hidden = 0.0;
@@ -58,7 +58,7 @@ void main() {
     float share = (float(i) + 0.25 + 0.5 * turn) / float(${SAMPLES}), angle = 6.2832 * (5.0 * share + turn);
     vec3 way = placeAt(vUv + share * wide * vec2(cos(angle), sin(angle)) / size) - at;
     float far = dot(way, way), near = max(0.0, 1.0 - far / (reach * reach));
-    // Tessellation is no hollow: what rises by less than a few degrees does not count.
+    // A slope of less than a few degrees is ignored, because tessellation is not a hollow.
     hidden += near * near * max(0.0, dot(way, normal) * inversesqrt(far + 1e-12) - 0.08);
   }
   gl_FragColor = vec4(1.0 - min(1.0, 2.2 * hidden / float(${SAMPLES})));
@@ -95,7 +95,7 @@ void main() {
       weights += weight;
     }
     float open = sum / weights;
-    // Light goes to and fro between walls: the lighter they are, the less a hollow is darker.
+    // Light is reflected between walls. The lighter they are, the less dark is a hollow.
     float bright = min(0.9, dot(color, vec3(0.3, 0.5, 0.2)));
     color *= mix(open, 1.0, 0.35 * bright) / mix(1.0, open, 0.35 * bright);
   }
@@ -107,7 +107,7 @@ void main() {
     float across = farAt(texture2D(tDepth, vUv + aside).r) - farAt(texture2D(tDepth, vUv - aside).r);
     float along = farAt(texture2D(tDepth, vUv + above).r) - farAt(texture2D(tDepth, vUv - above).r);
     float jump = max(abs(across), abs(along));
-    // Codes of normals are an 1/127 apart: a bend as small as that is none.
+    // Normals are quantised to 1/127. A smaller bend is rounding.
     bend = sign(bend) * max(0.0, abs(bend) - 0.012) * step(0.4, sure) * (1.0 - smoothstep(0.3, 0.8, jump / reach));
     color *= 1.0 + cavity * (bend > 0.0 ? 0.7 * bend / (0.35 + bend) : 0.95 * bend / (0.25 - bend));
   }
@@ -118,7 +118,7 @@ void main() {
 const SHOW = /* glsl */ `
 varying vec2 vUv;
 uniform sampler2D tImage, tDepth;
-uniform float opacity; // below 1 the solid hides nothing
+uniform float opacity; // below 1, the solid hides nothing
 void main() {
   gl_FragColor = opacity * texture2D(tImage, vUv);
   gl_FragDepth = opacity < 1.0 ? 1.0 : texture2D(tDepth, vUv).r;
@@ -126,16 +126,16 @@ void main() {
 
 type Uniforms = Record<string, THREE.IUniform>;
 
-/** How the solid is shaded beyond its material; one for all images of a view. */
+/** Shading beyond the material. All images of a view share it. */
 export interface Shades {
   hollows: boolean;
   /** 0: none. */
   cavity: number;
-  /** Whether light is compressed to what a screen can show; a matcap says what is to be seen. */
+  /** True if light is tone-mapped to the range of a screen. A matcap already has final colours. */
   toned: boolean;
-  /** How far what hides the sky may be [mm]. */
+  /** Max distance of surface that hides the sky [mm]. */
   reach: number;
-  /** Beyond it nothing is shown: its normal points to what is. */
+  /** The solid is shown only on the side that its normal points to. */
   section: THREE.Plane | null;
 }
 
@@ -174,8 +174,8 @@ export class SolidImage {
   private smoothPass: FullScreenQuad | null = null;
 
   /**
-   * Against jagged edges: `samples` of each pixel, or, cheaper without a graphics card, the edges
-   * in the image `smoothed`. Hollows are found for every so-manyth pixel of a row and column.
+   * Anti-aliasing: `samples` of each pixel; or, cheaper without a graphics card, `smoothed` edges
+   * in the image. Hollows are computed for every n-th pixel of a row and a column.
    */
   constructor(
     private renderer: THREE.WebGLRenderer,
@@ -239,7 +239,7 @@ export class SolidImage {
     );
   }
 
-  /** In pixels. */
+  /** Size in pixels. */
   setSize(width: number, height: number): void {
     if (this.solid.width === width && this.solid.height === height) return;
     this.solid.setSize(width, height);
@@ -248,7 +248,7 @@ export class SolidImage {
     this.hollows.setSize(Math.ceil(width / this.every), Math.ceil(height / this.every));
   }
 
-  /** All of the scene, or what of it lies in a part of the image [pixels, from the lower left]. */
+  /** Draws the whole scene, or a part of the image [pixels, from the lower left]. */
   draw(scene: THREE.Scene, camera: THREE.Camera, shades: Shades, part: THREE.Box2 | null): void {
     const { width, height } = this.solid,
       around = new THREE.Box2();
@@ -313,8 +313,8 @@ export class SolidImage {
   }
 
   /**
-   * On the canvas, with its depth, so that what is drawn next is hidden by the solid where it
-   * should be. Below an opacity of 1 it is seen through, and hides nothing.
+   * Copies the image to the canvas, with its depth. So the solid hides objects behind it that are
+   * drawn later. Below an opacity of 1, it hides nothing.
    */
   show(opacity = 1): void {
     (this.showPass.material as THREE.ShaderMaterial).uniforms.opacity.value = opacity;

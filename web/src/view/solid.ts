@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-// The bodies' surfaces as the studio sends them, chunk by chunk: which are shown, which are marked as
-// no-go, and where a ray meets them. Lengths are mm.
+// The bodies' surfaces as the studio sends them, chunk by chunk: which are shown, which are
+// protected, and where a ray meets them. Lengths are mm.
 import * as THREE from "three";
 import type { Body } from "./body";
 import { pack, unpack, type Lattice } from "./chunks";
 import { firstHit, type Hit } from "./pick";
 import type { Wood } from "./wood";
 
-/** The layer of what thumbnails show. */
+/** The layer of objects that thumbnails show. */
 export const PICTURED = 1;
 
 // Protected bodies are drawn twice. Where two bodies share a face, neither may hide the other.
@@ -21,9 +21,9 @@ const blue = (how: THREE.MeshBasicMaterialParameters): THREE.MeshBasicMaterial =
     polygonOffsetUnits: -64,
     ...how,
   });
-/** Where something hides the body. */
+/** Drawn where something hides the body. */
 const VEIL = blue({ opacity: 0.3, depthFunc: THREE.GreaterDepth });
-/** Where the body is seen. */
+/** Drawn where the body is visible. */
 const SKIN = blue({ opacity: 0.35 });
 
 const UPRIGHT = new THREE.Matrix4();
@@ -37,23 +37,23 @@ const boundsOf = (mesh: THREE.Mesh): THREE.Box3 =>
 
 export class Solid {
   readonly chunks = new THREE.Group();
-  /** Drawn over everything: the protected bodies. */
+  /** The protected bodies, drawn over everything. */
   readonly veils = new THREE.Group();
   /** By place and body: see nameOf. */
   readonly shown = new Map<string, THREE.Mesh>();
   lattice: Lattice = { origin: [0, 0, 0], pitch: 1 };
-  /** The body that is worked on. */
+  /** The active body. */
   active = 1;
-  /** Whether all chunks have arrived. */
+  /** True if all chunks have arrived. */
   whole = false;
-  /** Where chunks have changed since the last frame. */
+  /** Bounds of the chunks that have changed since the last frame. */
   changed: THREE.Sphere[] = [];
-  /** Whether the light, or what throws shadows, has changed since shadows were drawn. */
+  /** True if the light or an object with a shadow has changed since shadows were drawn. */
   shadowsStale = false;
   private poses = new Map<number, THREE.Matrix4>(); // of visible bodies
-  private noGo = new Set<number>(); // bodies
-  // What a chunk was when the stroke began: depth is taken from there, so that the tool does not
-  // sink by itself. null: there was none.
+  private noGo = new Set<number>(); // protected bodies
+  // The chunks at the beginning of the stroke; null: no such chunk. Depth is measured from them, so
+  // that the tool does not sink on its own.
   private before: Map<string, THREE.Mesh | null> | null = null;
 
   constructor(
@@ -63,7 +63,7 @@ export class Solid {
     this.chunks.matrixWorldAutoUpdate = false;
   }
 
-  /** Another document. */
+  /** Resets for another document. */
   begin(lattice: Lattice): void {
     for (const mesh of this.shown.values()) mesh.geometry.dispose();
     this.shown.clear();
@@ -75,7 +75,7 @@ export class Solid {
     this.endStroke();
   }
 
-  /** Chunks of bodies that are gone, hidden or moved are removed. */
+  /** Removes chunks of bodies that are deleted, hidden or moved. */
   setBodies(bodies: Body[], active: number): void {
     const poses = new Map(bodies.filter((b) => b.visible).map((b) => [b.id, b.matrix]));
     for (const [id, pose] of this.poses)
@@ -88,10 +88,10 @@ export class Solid {
     this.redraw();
   }
 
-  /** Takes a frame of a body's chunks in. */
+  /** Receives a frame of a body's chunks. */
   take(data: Uint8Array, body: number): void {
     const pose = this.poses.get(body);
-    if (!pose) return; // it is hidden since
+    if (!pose) return; // it has been hidden since
     const turned = !pose.equals(UPRIGHT);
     this.whole = false;
     unpack(data, this.lattice, turned ? pose : null, (place, made) => {
@@ -111,7 +111,7 @@ export class Solid {
     if (this.noGo.has(body)) this.veil();
     this.redraw();
   }
-  /** Protected bodies are blue, and seen through all that is before them. */
+  /** Draws protected bodies blue, also through objects in front of them. */
   private veil(): void {
     this.veils.clear();
     for (const [name, { geometry, matrix }] of this.shown) {
@@ -136,24 +136,24 @@ export class Solid {
     this.shadowsStale = true;
   }
 
-  /** Gives all chunks the material of the wood that is chosen, or another one. */
+  /** Gives all chunks the material of the chosen wood, or another one. */
   dress(material: THREE.Material = this.wood.material): void {
     for (const mesh of this.shown.values()) mesh.material = material;
   }
-  /** Shows a body displaced by this motion; null: where it is. */
+  /** Shows a body displaced by this motion; null: at its own pose. */
   showMoved(body: number, by: THREE.Matrix4 | null): void {
     for (const [name, mesh] of this.shown)
       if (bodyOf(name) === body) {
         mesh.matrix.copy(by ?? UPRIGHT);
         mesh.matrixWorld.copy(by ?? UPRIGHT);
-        // Bounds made before don't know where it then is.
+        // The bounds do not include this displacement.
         mesh.frustumCulled = by === null;
       }
     this.veil();
     this.shadowsStale = true;
   }
 
-  /** From now on hit() knows the surface as it is now, too. */
+  /** Stores the current surface, so that hit() can use it during the stroke. */
   beginStroke(): void {
     this.before = new Map();
   }
@@ -168,7 +168,7 @@ export class Solid {
     return this.before !== null;
   }
 
-  /** The chunks of the body that is worked on, as they were sent, by their places. */
+  /** The bytes of the active body's chunks, in the order of their places. */
   surface(): Uint8Array {
     return pack(
       new Map(
@@ -179,7 +179,7 @@ export class Solid {
       this.lattice,
     );
   }
-  /** Around all that is shown, or what is shown of a body. */
+  /** Bounds of all visible bodies, or of one body. */
   boxOf(body: number | null): THREE.Box3 {
     const box = new THREE.Box3();
     for (const [name, mesh] of this.shown)
@@ -187,7 +187,7 @@ export class Solid {
     return box;
   }
 
-  /** Where a ray meets a body first: as it was before the current stroke (began), or as it is. */
+  /** First hit of a ray with a body: before the current stroke if `began`, else now. */
   hit(ray: THREE.Ray, section: THREE.Plane | null, began: boolean, body: number): Hit | null {
     const before = began ? this.before : null;
     const surface: THREE.BufferGeometry[] = [];
@@ -198,7 +198,7 @@ export class Solid {
         if (mesh && bodyOf(name) === body) surface.push(mesh.geometry);
     return firstHit(surface, ray, section);
   }
-  /** The body that a ray meets first; null: none. */
+  /** The first body that a ray hits; null: none. */
   bodyAt(ray: THREE.Ray, section: THREE.Plane | null): number | null {
     let nearest = Infinity,
       body: number | null = null;
@@ -209,8 +209,8 @@ export class Solid {
     return body;
   }
   /**
-   * How thick the wood is under a place of its surface, square to that [mm], looked for from `under`
-   * [mm] below; null: unknown.
+   * Thickness of the wood at a place of its surface, along the normal [mm]. The search starts
+   * `under` [mm] below the surface; null: unknown.
    */
   thickness(at: Hit, under: number): number | null {
     const inward = at.normal.clone().negate(),

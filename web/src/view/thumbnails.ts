@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-// Small pictures of the piece, all by one camera and one light, so that those of two steps differ
-// where the steps do. They are drawn beside the canvas, and leave what is shown there alone.
+// Small pictures of the piece. All use one camera and one light, so that pictures of two steps
+// differ only where the steps do. They are drawn off screen and do not change the canvas.
 import * as THREE from "three";
 import { OutputPass } from "three/examples/jsm/postprocessing/OutputPass.js";
 
-const FINER = 3; // pixels drawn for one of the picture, along each side
-const MARGIN = 1.05; // around the piece
+const FINER = 3; // drawn pixels per pixel of the picture, along each side
+const MARGIN = 1.05; // margin around the piece
 
 export class Thumbnails {
   private camera = new THREE.PerspectiveCamera(35, 1, 1, 5000);
@@ -17,15 +17,16 @@ export class Thumbnails {
   private from = new THREE.Vector3();
 
   /**
-   * Of what of the scene has `layer`, which a sky has to have, too. Its sun shines as `like` does.
+   * Draws the objects of the scene in `layer`, which must include a sky. Its sun has the direction
+   * of `like`.
    */
   constructor(
     private scene: THREE.Scene,
     like: THREE.DirectionalLight,
     layer: number,
   ) {
-    // A sun of its own: shadows of the one that is seen by stay as they are. One sun for a camera
-    // each, so that materials need no second program.
+    // A separate sun, so that the shadows of the view's sun do not change. Each camera sees one
+    // sun, so that materials need no second shader program.
     this.sun = new THREE.DirectionalLight(like.color, like.intensity);
     this.sun.layers.set(layer);
     this.sun.castShadow = true;
@@ -38,7 +39,7 @@ export class Thumbnails {
     scene.add(this.sun, this.sun.target);
   }
 
-  /** What is pictured from now on [mm], and from which side. */
+  /** Sets the box that pictures show [mm], and the direction of the view. */
   place(box: THREE.Box3, from: THREE.Vector3): void {
     this.box.copy(box);
     this.from.copy(from).normalize();
@@ -64,7 +65,7 @@ export class Thumbnails {
     this.aim(width / height);
     const { needsUpdate } = renderer.shadowMap,
       { toneMapping } = renderer;
-    renderer.shadowMap.needsUpdate = true; // of the lights that this camera sees
+    renderer.shadowMap.needsUpdate = true; // layer of the lights that this camera sees
     renderer.setRenderTarget(this.light);
     renderer.clear();
     renderer.render(this.scene, this.camera);
@@ -82,7 +83,7 @@ export class Thumbnails {
     return new Promise((done) => picture.toBlob(done, "image/png"));
   }
 
-  /** As near as the box fits in. */
+  /** At the min distance that shows the whole box. */
   private aim(aspect: number): void {
     const center = this.box.getCenter(new THREE.Vector3());
     this.camera.aspect = aspect;
@@ -111,7 +112,7 @@ export class Thumbnails {
   }
 }
 
-/** The mean of FINER x FINER pixels for one; rows come from the bottom, and go from the top. */
+/** Averages FINER x FINER pixels. Input rows start at the bottom, output rows at the top. */
 function smaller(pixels: Uint8Array, width: number, height: number): ImageData {
   const small = new ImageData(width, height);
   for (let y = 0; y < height; y++)

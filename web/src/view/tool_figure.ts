@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A tool as it is drawn over the solid, with an arrow for the force of the wood on it.
+// Draws a tool over the solid, with an arrow for the force of the wood on it.
 import * as THREE from "three";
 import { toolSurface, type HeldTool } from "../tools/tools";
 import type { Vec3 } from "../base/vec3";
@@ -15,7 +15,7 @@ export class ToolFigure {
   private body = new THREE.Group();
   private arrow = new THREE.ArrowHelper(new THREE.Vector3(0, 0, 1), new THREE.Vector3(), 1, FORCE);
   private held = ""; // the tool that is drawn
-  private told = ""; // where it was said to be
+  private told = ""; // its last reported pose
   private red = false;
   private ghostly = false;
 
@@ -29,7 +29,7 @@ export class ToolFigure {
     this.told = "";
   }
 
-  /** The tool as it is; null: none that can be drawn. */
+  /** Sets the tool; null: none that can be drawn. */
   set(tool: HeldTool | null): void {
     const told = JSON.stringify(tool);
     if (told === this.held) return;
@@ -52,7 +52,9 @@ export class ToolFigure {
     this.changed();
   }
 
-  /** Where it is, its axis and first direction, and the force on it [N]; null: nowhere yet. */
+  /**
+   * Sets its position, its axis, its x direction and the force on it [N]; null: no position yet.
+   */
   place(tip: Vec3 | null, axis: Vec3, side: Vec3, force: Vec3): void {
     const told = tip ? [...tip, ...axis, ...side, ...force].join() : "";
     if (told === this.told) return;
@@ -76,19 +78,19 @@ export class ToolFigure {
     this.arrow.setLength(Math.min(40, 6 + 12 * Math.log1p(n)), 3, 1.6);
   }
 
-  /** Whether it is seen through more than it always is. */
+  /** Makes it more transparent than usual. */
   set ghost(on: boolean) {
     this.ghostly = on;
     this.fade();
   }
-  /** Whether it stands where it can't work. Told again and again; only a change is drawn. */
+  /** Marks a tool that cannot work at its place. Called often; only a change is drawn. */
   set blocked(now: boolean) {
     if (now === this.red) return;
     this.red = now;
     for (const mesh of this.meshes) mesh.material.color.set(now ? RED : STEEL);
     this.changed();
   }
-  /** Half as wide as the tool that is drawn [mm]; 0: none is. */
+  /** Half the width of the drawn tool [mm]; 0: none is drawn. */
   get width(): number {
     let wide = 0;
     for (const { geometry } of this.meshes) {

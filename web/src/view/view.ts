@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What is seen: the solid and its light, the tools, and marks around them. The parts have files of
-// their own; here they are put together. Z is up, lengths are mm.
+// The view: the solid and its light, the tools, and marks around them. Each part has its own file;
+// this one connects them. Z is up, lengths are mm.
 import * as THREE from "three";
 import type { Vec3 } from "../base/vec3";
 import { Cameras } from "./cameras";
@@ -28,13 +28,13 @@ export class View {
   readonly secondTool: ToolFigure;
   readonly marks: Marks;
   private scene = new THREE.Scene(); // the solid and its light
-  private over = new THREE.Scene(); // what moves over it
+  private over = new THREE.Scene(); // objects that move over it
   private aids = new THREE.Group();
   private wheel = new WheelHead();
   private sun = new THREE.DirectionalLight(0xfff8ee, 2.3);
   private sunFrom = new THREE.Vector3();
-  private box = new THREE.Box3(); // of the solid, as it was framed
-  private piece = new THREE.Box3(); // what the solid is cut from
+  private box = new THREE.Box3(); // bounds of the solid when it was framed
+  private piece = new THREE.Box3(); // the piece that the solid is cut from
   private thumbnails: Thumbnails;
 
   constructor(canvas: HTMLCanvasElement) {
@@ -71,7 +71,7 @@ export class View {
     this.thumbnails = new Thumbnails(this.scene, this.sun, PICTURED);
   }
 
-  /** again: of the document that is shown; it is looked at from where it was. */
+  /** `again`: the same document is loaded again, and the camera stays. */
   begin(lattice: Lattice, nodes: Vec3, again = false): void {
     const before = this.solid.lattice;
     const same =
@@ -100,7 +100,7 @@ export class View {
     if (!this.cameras.framed) this.frame();
   }
 
-  /** Shows all of the solid from this direction. */
+  /** Moves the camera so that it shows the whole solid from this direction. */
   frame(from = HOME): void {
     this.box.copy(this.solid.boxOf(null));
     if (this.box.isEmpty()) return;
@@ -112,52 +112,52 @@ export class View {
     this.painter.redrawSolid();
   }
 
-  // ---- Places
+  // ---- Positions
 
-  /** The middle of the piece, and how long it is [mm]. */
+  /** The centre of the piece, and its longest side [mm]. */
   get middle(): THREE.Vector3 {
     return this.piece.isEmpty() ? new THREE.Vector3() : this.piece.getCenter(new THREE.Vector3());
   }
   get pieceSize(): number {
     return this.piece.isEmpty() ? 1 : this.piece.getSize(new THREE.Vector3()).length();
   }
-  /** What the solid is cut from. */
+  /** The piece that the solid is cut from. */
   get bounds(): THREE.Box3 {
     return this.piece.clone();
   }
 
   /**
-   * Where a point of the window meets the surface: as it was before the stroke that is being made
-   * (began), or as it is. Of the body that is worked on, or of another.
+   * Hit of a point of the window with the surface of a body, by default the active one: before the
+   * current stroke if `began`, else now.
    */
   hit(x: number, y: number, began = true, body = this.solid.active): Hit | null {
     return this.solid.hit(this.cameras.rayAt(x, y), this.painter.shades.section, began, body);
   }
-  /** The body that a point of the window shows; null: none. */
+  /** The body that is visible at a point of the window; null: none. */
   bodyAt(x: number, y: number): number | null {
     return this.solid.bodyAt(this.cameras.rayAt(x, y), this.painter.shades.section);
   }
-  /** How thick the wood is under a place of its surface, square to that [mm]; null: unknown. */
+  /** Thickness of the wood at a place of its surface, along the normal [mm]; null: unknown. */
   thickness(at: Hit): number | null {
     return this.solid.thickness(at, 1e-4 * this.pieceSize);
   }
 
-  // ---- What is shown with the solid
+  // ---- Objects shown with the solid
 
   redraw(): void {
     this.painter.redraw();
   }
-  /** Shows a body displaced by this motion; null: where it is. */
+  /** Shows a body displaced by this motion; null: at its own pose. */
   showMoved(body: number, by: THREE.Matrix4 | null): void {
     this.solid.showMoved(body, by);
     this.painter.redrawSolid();
   }
-  /** Something that explains the solid; pictures and films leave it out. */
+  /** Adds an object that explains the solid. Pictures and films do not show it. */
   showAid(thing: THREE.Object3D): void {
     this.aids.add(thing);
     this.redraw();
   }
-  /** Something to look at, which is no part of the solid. */
+  /** Adds a visible object that is not part of the solid. */
   showBeside(thing: THREE.Object3D): void {
     this.over.add(thing);
     this.redraw();
@@ -166,7 +166,7 @@ export class View {
     this.over.remove(thing);
     this.redraw();
   }
-  /** The wheel that the piece stands on: whether there is one, and whether it turns. */
+  /** Shows or hides the wheel under the piece, and turns or stops it. */
   showWheel(there: boolean, turns: boolean): void {
     const { group } = this.wheel;
     if (there && !group.visible)
@@ -178,9 +178,12 @@ export class View {
     group.visible = there;
     this.wheel.turn(there && turns, () => this.redraw());
   }
-  /** A small picture of the whole piece from HOME, on no ground; null where the browser can't. */
+  /**
+   * A small picture of the whole piece from HOME, without a ground; null if the browser cannot make
+   * it.
+   */
   thumbnail(width: number, height: number): Promise<Blob | null> {
-    // Of wood and uncut, whatever it is shown like.
+    // In wood and without a section, independent of the current look.
     this.solid.dress(this.wood.pictured);
     const picture = this.thumbnails.draw(this.painter.renderer, width, height);
     this.solid.dress();
@@ -189,7 +192,7 @@ export class View {
 
   // ---- The look
 
-  /** Whether solid and tools are seen through, as what showAid() adds lies within them. */
+  /** Makes solid and tools transparent, because objects of showAid() are inside them. */
   set ghost(on: boolean) {
     this.painter.ghostly = this.tool.ghost = this.secondTool.ghost = on;
     this.redraw();
@@ -209,13 +212,13 @@ export class View {
     this.painter.shades.cavity = strength;
     this.painter.redrawSolid();
   }
-  /** Only what its normal points to is there; null: all. */
+  /** Shows the solid only on the side that the plane's normal points to; null: all of it. */
   set section(plane: THREE.Plane | null) {
     this.painter.shades.section = this.wood.section = plane;
     this.solid.shadowsStale = true;
     this.painter.redrawSolid();
   }
-  /** Where the sun is, and the light of clay, which turns with the camera. */
+  /** Sets the direction of the sun, and of the light of clay, which turns with the camera. */
   setLight(sun: Vec3, clay: Vec3): void {
     this.wood.clayLight = new THREE.Vector3(...clay).normalize();
     const from = new THREE.Vector3(...sun).normalize();
@@ -225,7 +228,7 @@ export class View {
     }
     this.painter.redrawSolid();
   }
-  /** The sun, where it is to shine from, on all of the solid. */
+  /** Places the sun in its direction, so that it lights the whole solid. */
   private light(): void {
     if (this.box.isEmpty()) return;
     const { center, radius: r } = this.box.getBoundingSphere(new THREE.Sphere());

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-// The disc under a piece that turns: it shows about which axis, and turns while the piece is worked.
+// The disc under a piece on the wheel. It shows the axis, and turns while the user works.
 import * as THREE from "three";
 
-const SPIN = 2 * Math.PI * 1.2; // [rad/s]; real wheels turn two to four times as fast, too fast to see
-const THICKNESS = 0.06; // of the radius
+// [rad/s]; a real wheel is two to four times as fast, which the eye cannot follow
+const SPIN = 2 * Math.PI * 1.2;
+const THICKNESS = 0.06; // share of the radius
 const SPOKES = 6;
 
 export class WheelHead {
@@ -29,7 +30,7 @@ export class WheelHead {
     this.group.visible = false;
   }
 
-  /** Under what stands in `box`, about the upright axis through `middle`. */
+  /** Places the disc under `box`, around the vertical axis through `middle`. */
   place(box: THREE.Box3, middle: THREE.Vector3): void {
     const reach = Math.max(
       box.max.x - middle.x,
@@ -41,7 +42,7 @@ export class WheelHead {
     this.group.scale.setScalar(1.25 * reach);
   }
 
-  /** Turns it from now on, or stops it; redraw() is called for every frame in which it turned. */
+  /** Starts or stops it. Calls redraw() for every frame in which it turned. */
   turn(on: boolean, redraw: () => void): void {
     const begins = on && !this.turning && !matchMedia("(prefers-reduced-motion: reduce)").matches;
     this.turning = on;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What the solid is made of: wood through and through (rings about the pith, fibres along it), so
-// that a cut shows what was inside, or clay. The same wood as in kibori/picture/wood.cpp: what is
-// changed here is changed there.
+// The material of the solid: clay, or solid wood with rings around the pith and fibres along it, so
+// that a cut shows the inside. kibori/picture/wood.cpp has the same wood. Change both together.
 import * as THREE from "three";
 import type { Vec3 } from "../base/vec3";
 import { MAX_MATERIALS } from "../connection/kinds";
@@ -35,7 +34,7 @@ vec3 woodAt(vec3 place, int kind) {
   float bent = noise(vec3(length, sqrt(dot(across, across)), 0.0) / 40.0);
   float rings = sqrt(dot(across, across)) + 1.1 * noise(from / 14.0) + 0.12 * noise(from / 5.0) + 1.5 * bent;
   float year = floor(rings), part = rings - year;
-  // A pixel's breadth, in rings: what is finer than that is not told apart.
+  // Width of a pixel, in rings. Finer detail cannot be resolved.
   float fine = max(fwidth(from.x), max(fwidth(from.y), fwidth(from.z)));
   float width = 0.55 + 0.3 * cornerValue(ivec3(int(year), 7, 3));
   float late = clamp((part - width) / (1.0 - width), 0.0, 1.0), edge = clamp((1.0 - part) / max(0.06, fine), 0.0, 1.0);
@@ -49,8 +48,8 @@ vec3 woodAt(vec3 place, int kind) {
 }
 `;
 
-// Places of the solid's own frame; and normals into the second buffer (shading.ts says what the
-// fourth number is).
+// Passes positions in the solid's own frame, and writes normals into the second buffer. shading.ts
+// defines their fourth component.
 const VERTEX = (shader: string): string =>
   shader
     .replace(
@@ -72,7 +71,7 @@ const FRAGMENT = (shader: string): string =>
       layout(location = 1) out highp vec4 outNormal;
       uniform vec4 sectionPlane;
       #ifdef SECTION
-      // Who looks through the section at an inner side sees what is cut.
+      // A view through the section onto an inner side shows the cut.
       vec3 cutPlace() {
         vec3 way = isOrthographic ? -vec3(viewMatrix[0][2], viewMatrix[1][2], viewMatrix[2][2]) : vPlace - cameraPosition;
         return vPlace - way * (dot(sectionPlane.xyz, vPlace) + sectionPlane.w) / dot(sectionPlane.xyz, way);
@@ -85,20 +84,20 @@ const FRAGMENT = (shader: string): string =>
       "#include <normal_fragment_maps>\noutNormal = vec4(normal, 0.5);",
     );
 
-/** What the studio says of a material. */
+/** A material, as the studio reports it. */
 export interface Material {
   name: string;
   color: Vec3;
-  /** How strongly its rings stand out, 0 to 1. */
+  /** Contrast of its rings, 0 to 1. */
   rings: number;
 }
 export type Shading = "wood" | "plain" | "clay";
 
-/** The studio's materials, one of which all chunks have. */
+/** The studio's materials. All chunks have one of them. */
 export class Wood {
   private woodMaterial = new THREE.MeshStandardMaterial({ roughness: 0.66, metalness: 0 });
   private clayMaterial = new THREE.MeshMatcapMaterial();
-  /** Wood, whatever is chosen, and not cut by the section. */
+  /** Wood, independent of the chosen look, and not cut by the section. */
   readonly pictured = this.woodMaterial.clone();
   private chosen: Shading = "wood";
   private clayFrom = new THREE.Vector3();
@@ -106,12 +105,12 @@ export class Wood {
   private along = new THREE.Vector3(1, 0, 0);
   private ring = { value: 1 };
   private colors = Array.from({ length: MAX_MATERIALS }, () => new THREE.Color(0.72, 0.52, 0.32));
-  private own = new Float32Array(MAX_MATERIALS); // contrasts of the materials
-  private contrasts = new Float32Array(MAX_MATERIALS); // as they are drawn
+  private own = new Float32Array(MAX_MATERIALS); // contrasts of the rings, by material
+  private contrasts = new Float32Array(MAX_MATERIALS); // the drawn colours
   private plane = new THREE.Vector4();
 
   constructor() {
-    // Into a buffer of light alone, the normals that a shader writes are dropped.
+    // If the target has only a buffer of light, the normals of the shader are discarded.
     const uniforms = {
       pith: { value: this.pith },
       along: { value: this.along },
@@ -127,7 +126,7 @@ export class Wood {
       material.clipShadows = true;
       material.shadowSide = THREE.BackSide;
     }
-    // The same text for both, so that they have one program.
+    // The same text for both, so that they share one shader program.
     const wooden =
       (contrasts: Float32Array) =>
       (shader: {
@@ -145,14 +144,14 @@ export class Wood {
           if (!gl_FrontFacing) place = cutPlace();
           #endif
           vec3 unpainted = woodAt(place, vKind);
-          // Beside what is unpainted its colour counts for nothing; it is as screens have it (sRGB).
+          // An unpainted vertex contributes no paint. Paint colours are sRGB.
           vec3 painted = pow(vPaint.rgb / max(vPaint.a, 0.01), vec3(2.2));
           #ifdef SECTION
           if (!gl_FrontFacing) painted = unpainted;
           #endif
           diffuseColor.rgb *= mix(unpainted, painted, vPaint.a);`,
           )
-          // What is cut is flat, and told from a face by being a little redder.
+          // The cut is shaded flat, and slightly redder than a face.
           .replace(
             "#include <opaque_fragment>",
             inside("0.82 * diffuseColor.rgb * vec3(1.06, 0.97, 0.92)"),
@@ -178,7 +177,7 @@ export class Wood {
     this.contrasts.set(shading === "wood" ? this.own : new Float32Array(MAX_MATERIALS));
   }
 
-  /** What clay looks like by its normal, with a light from there, in the camera's frame. */
+  /** Colour of clay for each normal, with this direction of the light, in the camera's frame. */
   set clayLight(from: THREE.Vector3) {
     if (from.equals(this.clayFrom)) return;
     this.clayFrom.copy(from);
@@ -186,7 +185,7 @@ export class Wood {
     this.clayMaterial.matcap = clay(from);
   }
 
-  /** What lies behind the plane is not drawn; the insides that come into view are flat. */
+  /** The solid behind the plane is not drawn. Visible insides are shaded flat. */
   set section(plane: THREE.Plane | null) {
     if (plane) this.plane.set(...plane.normal.toArray(), plane.constant);
     for (const material of [this.woodMaterial, this.clayMaterial]) {
@@ -201,8 +200,8 @@ export class Wood {
   }
 
   /**
-   * The piece it is cut from. Its grain runs along its longest side; where the other two are equal,
-   * it is a log.
+   * Sets the piece that the solid is cut from. Its grain is along its longest side. If the other
+   * two sides are equal, it is a log.
    */
   place(low: THREE.Vector3, size: THREE.Vector3): void {
     const sides = size.toArray(),
@@ -223,7 +222,7 @@ export class Wood {
     this.ring.value = sides[longest] / 26;
   }
 
-  /** By number: a colour (0..255), and how strongly the rings stand out (0..1). */
+  /** By index: a colour (0..255), and the contrast of its rings (0..1). */
   setKinds(kinds: Material[]): void {
     for (let i = 0; i < MAX_MATERIALS && kinds.length > 0; i++) {
       const kind = kinds[Math.min(i, kinds.length - 1)];
@@ -239,7 +238,7 @@ export class Wood {
   }
 }
 
-const SIDE = 256; // pixels of a matcap
+const SIDE = 256; // size of a matcap [px]
 
 /** Warm clay under a soft key light, a cool fill from the other side, and a rim. */
 function clay(key: THREE.Vector3): THREE.DataTexture {
@@ -260,7 +259,7 @@ function clay(key: THREE.Vector3): THREE.DataTexture {
       const flat = Math.min(1, n.x * n.x + n.y * n.y);
       n.z = Math.sqrt(1 - flat);
       n.normalize();
-      // The key light wraps around a little, as in what light enters.
+      // The key light wraps around slightly, as in a translucent material.
       const lit = Math.max(0, (n.dot(key) + 0.25) / 1.25) ** 1.3,
         filled = Math.max(0, n.dot(fill)),
         shine = Math.max(0, n.dot(half)) ** 28;
