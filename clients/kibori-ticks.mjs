@@ -84,7 +84,7 @@ export async function* listen(address, { WebSocket: Socket = globalThis.WebSocke
   socket.addEventListener(
     "error",
     () =>
-      (failed ??= new Error(`nobody publishes ticks at ${address}; begin kibori with --publish`)),
+      (failed ??= new Error(`nobody publishes ticks at ${address}; start kibori with --publish`)),
   );
   socket.addEventListener("close", () => {
     ended = true;

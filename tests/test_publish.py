@@ -237,8 +237,8 @@ class Readers(Folder):
         from websockets.exceptions import ConnectionClosed
         from websockets.server import serve
 
-        for payload, sentence in ((b"", "not what kibori"), (b"x", "not what kibori"), (bytes([97, 0, 0, 0, 0]), "not what kibori"),
-                              (bytes([96, 17, 0, 255, 0, 0, 0]), "not what kibori"), (b"\x60\x11\x00\x02\x00\x00\x00{}", "not what kibori"),
+        for payload, sentence in ((b"", "not one of kibori's"), (b"x", "not one of kibori's"), (bytes([97, 0, 0, 0, 0]), "not one of kibori's"),
+                              (bytes([96, 17, 0, 255, 0, 0, 0]), "not one of kibori's"), (b"\x60\x11\x00\x02\x00\x00\x00{}", "not one of kibori's"),
                               (b'\x60\x11\x00\x0c\x00\x00\x00{"format":9}', "in format 9")):
             async def answer(socket):
                 await socket.send(payload)
@@ -266,7 +266,7 @@ class Readers(Folder):
     def test_errors_are_reported(self):
         for place, sentence in (("7070", "write HOST:PORT"), ("127.0.0.1:", "0 to 65535"), ("127.0.0.1:70707", "0 to 65535"),
                                 ("127.0.0.1:80x", "0 to 65535"), (":80", "write HOST:PORT"), ("no.such.host.invalid:80", "there is no host"),
-                                (f"127.0.0.1:{self.port}", "can't publish at"), ("192.0.2.1:80", "can't publish at"),
+                                (f"127.0.0.1:{self.port}", "cannot publish at"), ("192.0.2.1:80", "cannot publish at"),
                                 ("dds:", "no DDS domain"), ("dds:233", "no DDS domain"), ("dds:-1", "no DDS domain"), ("dds:x", "no DDS domain")):
             done = subprocess.run([KIBORI, "servo", "--publish", place, "--seconds", "0.1"], capture_output=True, text=True)
             self.assertEqual((done.returncode, done.stdout), (2, ""), place)

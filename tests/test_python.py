@@ -380,7 +380,8 @@ class ServoLoop(Folder):
             servo.hold(kb.Ball(2))
 
     def test_works_on_the_active_body_at_its_pose(self):
-        """Of two halves of a block that stand apart; a no-go one is refused, and no stroke cuts into it."""
+        """Two separate halves of a block. A protected one cannot be carved, and no stroke cuts into
+        it."""
         m = block(0.5, material="oak")
         two = m.split((20, 15, 10), (1, 0, 0))
         body = two[-1] if two[-1] != 1 else two[0]
@@ -400,7 +401,7 @@ class ServoLoop(Folder):
         self.assertLess(after[body], before[body] - 10)
         self.assertEqual(after[1], before[1])
         m.set_no_go(body, True)
-        with self.assertRaisesRegex(kb.Error, "no-go"):
+        with self.assertRaisesRegex(kb.Error, "protected"):
             m.servo(kb.Ball(4), path=self.folder / "refused.kibori")
         self.assertFalse((self.folder / "refused.kibori").exists())
         m.activate(1)

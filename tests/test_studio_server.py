@@ -725,9 +725,9 @@ class OnlyLookedAt(unittest.TestCase):
             page.frame(bytes([2]) + struct.pack("<7d", 41, 25, 27, 0, 0, 1, 1.02))
             page.frame(bytes([4]))
             page.frame(bytes([16]) + text("mine"))
-            self.assertIn(b"only looked at", until(page, 68))
+            self.assertIn(b"open read-only", until(page, 68))
             page.frame(bytes([8]) + text('{"shape":"ball","radius":3}'))
-            self.assertIn(b"only looked at", until(page, 68))
+            self.assertIn(b"open read-only", until(page, 68))
             for code in (5, 6, 7):
                 page.frame(bytes([code]))
             page.frame(bytes([14]))  # leave
@@ -793,7 +793,7 @@ speed = 40
         self.page.frame(bytes([15]) + struct.pack("<I", 1))
         self.page.frame(bytes([3]) + struct.pack("<6dBd", 5, 5, 12, 0, 0, 1, 0, 1))
         self.page.frame(bytes([16]) + text("mine"))
-        self.assertIn(b"only looked at", until(self.page, 68))
+        self.assertIn(b"open read-only", until(self.page, 68))
         self.page.frame(bytes([14]))
         until(self.page, 69)
         self.assertEqual([f for f in os.listdir(self.folder.name) if f.endswith(".kibori")], [])

@@ -4,145 +4,145 @@ import type { Vec3 } from "../base/vec3";
 import type { Mode, Model, Tool } from "./kinds";
 import { Reader, Writer } from "./wire";
 
-export const PROTOCOL_VERSION = 18;
+export const PROTOCOL_VERSION = 20;
 
-/** The first message of a page, with the key that POST /enter gave for the token. Welcome or Start answers; where the key is another one, the line is closed with code 1008. */
+/** The first message of a page, with the key that POST /enter gave for the token. Welcome or Start answers. A wrong key closes the connection with code 1008. */
 export interface Hello { version: number; key: string }
-/** Where the tool's tip is wanted [mm], and its axis, from the tip up; time [s] of the pointer's event, by the page's clock. After Press the tool follows these places one after another, as their times say. */
+/** The wanted position of the tool's tip [mm], and its axis from the tip up. The time [s] is that of the pointer's event on the page's clock. After Press the tool follows these positions one after another, at their times. */
 export interface Aim { tip: Vec3; axis: Vec3; time: number }
-/** A stroke begins at `tip`: the tool backs out from there along its axis until it is clear of material, and comes in again. time: as of Aim. */
+/** Begins a stroke at `tip`. The tool backs out from there along its axis until it is clear of material, and comes in again. time: as in Aim. */
 export interface Press { tip: Vec3; axis: Vec3; mode: Mode; time: number }
-/** The stroke is over, once the tool has been everywhere that it was aimed to. */
+/** Ends the stroke after the tool has followed all aims. */
 export type Lift = Record<string, never>;
-/** The stroke that is being made is as if it had not been. */
+/** Discards the current stroke. */
 export type Cancel = Record<string, never>;
-/** One step back. */
+/** Goes one step back. */
 export type Undo = Record<string, never>;
-/** One step forth. */
+/** Goes one step forward. */
 export type Redo = Record<string, never>;
-/** The tool that is held from now on. */
+/** Sets the tool. */
 export interface ChooseTool { tool: Tool | null }
-/** The hand's strength [N], 20 to 1000; the stiffness between hand and tool [N/mm], 0: what suits a pointer or the device; powered: 1 where a motor turns the tool, and the hand bears a tenth of the cut; 2 where a press drives it, and the hand bears a hundredth. */
+/** The hand's strength [N], 20 to 1000. The stiffness between hand and tool [N/mm]; 0: the default of the pointer or the device. powered: 1 if a motor turns the tool, and the hand receives a tenth of the cutting force; 2 if a press drives it, and the hand receives a hundredth. */
 export interface ChooseHand { strength: number; stiffness: number; powered: number }
-/** The page has taken this frame of chunks in, and can take the next. */
+/** The page has received this frame of chunks and can take the next. */
 export interface Got { frame: number }
-/** This page wants to hold the tool; the others then watch. */
+/** This page wants to hold the tool. The other pages then watch. */
 export type TakeTool = Record<string, never>;
-/** A new document, where none is open. shape: 0 block, 1 log, 2 ball. size [mm]: of its box; the log's and the ball's diameter is x, the log's length z. pitch [mm]. material: a number of Start's. An empty name: the time. */
+/** Makes a new document if none is open. shape: 0 block, 1 log, 2 ball. size [mm]: of its box; x is the diameter of the log and the ball, and z is the log's length. pitch [mm]. material: an index of Start's materials. An empty name: the time. */
 export interface Begin { shape: number; size: Vec3; pitch: number; material: number; name: string }
-/** One of Start's documents, where none is open. */
+/** Opens one of Start's documents if none is open. */
 export interface Open { name: string }
-/** The document is saved and closed; Start follows. */
+/** Saves and closes the document. Start follows. */
 export type Leave = Record<string, never>;
-/** To a step of the history. */
+/** Goes to a step of the history. */
 export interface Go { step: number }
-/** Gives the step where the document stands a name. */
+/** Names the current step. */
 export interface NameVersion { name: string }
-/** A small picture of a step (PNG, 64 kB at most). */
+/** A small picture of a step (PNG, at most 64 kB). */
 export interface KeepThumbnail { step: number; png: Uint8Array }
-/** What is added: a number of Welcome's materials. */
+/** The material to add: an index of Welcome's materials. */
 export interface ChooseMaterial { material: number }
-/** How motion becomes force. */
+/** The force model. */
 export interface ChooseModel { model: Model }
-/** What Work tells of is not to be. */
+/** Cancels the job that Work reports. */
 export type CancelWork = Record<string, never>;
-/** One of Start's examples is carved as a new document, where none is open. */
+/** Carves one of Start's examples as a new document if none is open. */
 export interface CarveExample { name: string }
-/** Where all that the tool does is done again, about the lattice's middle: planes in which it is mirrored (bits 1 normal to x, 2 to y, 4 to z), and how many times it goes around the axis (0 x, 1 y, 2 z) in equal parts of a turn; 1: no more than itself. */
+/** Repeats everything that the tool does about the lattice's middle. planes: mirror planes (bits 1 normal to x, 2 to y, 4 to z). fold: the number of repetitions about the axis (0 x, 1 y, 2 z) in equal parts of a turn; 1: no repetition. */
 export interface ChooseSymmetry { planes: number; fold: number; axis: number }
 /** What a force device's tool does. */
 export interface ChooseWork { mode: Mode }
 /** Lets a force device push (1) or not (0). */
 export interface Arm { armed: number }
-/** A force device's tool is here from now on [mm], wherever the hand is. */
+/** Moves a force device's tool to this position [mm], independent of the hand. */
 export interface BringTool { tip: Vec3 }
-/** How far the tool goes for a mm of a force device's hand. */
+/** The tool's distance per mm of a force device's hand. */
 export interface ChooseReach { scale: number }
-/** A scene (TOML, without files) is carved to be looked at, where nothing is open; Trace follows. model: its name, or empty: as the scene says. pace: 1 the scene's own time, 4 four times as fast, 0 as fast as it goes. */
+/** Carves a scene (TOML, without files) for watching if nothing is open. Trace follows. model: its name, or empty for the scene's own. pace: 1 the scene's own time, 4 four times as fast, 0 as fast as possible. */
 export interface RunExperiment { name: string; scene: string; model: string; pace: number }
-/** How far the tool is turned about its own axis from the next place on [rad]. */
+/** The tool's rotation about its own axis from the next position on [rad]. */
 export interface ChooseTurn { turn: number }
-/** A blow of a mallet (3 J) on the tool that cuts: it is driven on along its aim. */
+/** A blow of a mallet (3 J) on the cutting tool, which drives it on along its aim. */
 export type Strike = Record<string, never>;
-/** The brush of modes that reshape, from the next stroke on: radius [mm]; strength, below 0 for inflate only; falloff 0 smooth, 1 linear, 2 constant; keep: 1 where smoothing and grabbing keep the volume; the colour of paint; and what flatten goes to: plane 0 that under the stroke's beginning, 1 that under each dab, 2 the one through the point [mm] with that normal; of thrown clay, how far a second finger stands across the wall [mm], 0: there is none. */
+/** The brush of reshaping modes from the next stroke on. radius [mm]. strength: negative only for inflate. falloff: 0 smooth, 1 linear, 2 constant. keep: 1 if smoothing and grabbing keep the volume. red, green, blue: the colour of paint. plane: the plane for flatten; 0 under the stroke's beginning, 1 under each dab, 2 through the point [mm] with that normal. wall: the distance of a second finger across a thrown wall [mm]; 0: there is none. */
 export interface ChooseBrush { radius: number; strength: number; falloff: number; keep: number; red: number; green: number; blue: number; plane: number; point: Vec3; normal: Vec3; wall: number }
-/** What the rays of one field (axis 0 x, 1 y, 2 z) find near a place [mm]: in the cube of that half side, every so-manyth ray both ways. Method answers once, no sooner than 33 ms after the last answer; a newer question takes the place of one that waits. */
+/** Asks for the rays of one field (axis 0 x, 1 y, 2 z) near a position [mm]. They are in the cube with half side `radius`, every `every`-th ray in both directions. Method answers once, at least 33 ms after the last answer. A newer question replaces a waiting one. */
 export interface AskMethod { axis: number; centre: Vec3; radius: number; every: number }
-/** What is done with bodies, as a step, as documents keep it: {"verb":"join","bodies":[1,2]}. */
+/** Runs an action on bodies as a step, in the form of documents: {"verb":"join","bodies":[1,2]}. */
 export interface ActOnBodies { action: string }
-/** The body that strokes go to from now on. */
+/** Makes a body the active one, which strokes change. */
 export interface ChooseBody { body: number }
-/** What becomes of pieces that a stroke severs: 0 those under a tenth fall away and larger ones become bodies, 1 they stay, 2 fall away, 3 become bodies. */
+/** What happens to pieces that a stroke severs: 0 those under a tenth fall away and larger ones become bodies, 1 they stay, 2 they fall away, 3 they become bodies. */
 export interface ChooseCrumbs { rule: number }
-/** Whether the body that is worked on is shown in colours that tell how far its surface is from what is no-go; Remains tells the numbers. */
+/** Whether the active body's colours show the distance of its surface from the protected region. Remains reports the numbers. */
 export interface ShowRemains { shown: number }
-/** What this would come to is shown from now on, and is no step; text as of ActOnBodies, or empty: no more. Previewed answers. */
+/** Shows the result of an action without a step. Text as in ActOnBodies, or empty to end the preview. Previewed answers. */
 export interface PreviewAction { action: string }
-/** What was done with bodies in a step, on the way to head, is done otherwise: text as of ActOnBodies. A new step beside it, and what followed up to head done again after it. */
+/** Replaces the action of a step on the path to head. Text as in ActOnBodies. A new step is made next to the old one, and the steps up to head are repeated after it. */
 export interface ReviseStep { step: number; head: number; action: string }
-/** The second hand's tool from now on, and what it does while it is pressed: cut, deposit or touch; off: there is no second hand. Its pointer's strokes have the guide and the string of ChooseGuide; lead, entry, lift: as there, of this tool. */
+/** The second hand's tool, and its mode while it is pressed: cut, deposit or touch; off: there is no second hand. Its pointer's strokes use ChooseGuide's guide and string. lead, entry, lift: as there, for this tool. */
 export interface ChooseSecond { tool: Tool | null; mode: Mode; lead: number; entry: number; lift: number }
-/** The second hand's tool comes in at `tip`, as of Press; while the first works, in its stroke. time: as of Aim. */
+/** Presses the second hand's tool at `tip`, as in Press. While the first hand works, it joins that stroke. time: as in Aim. */
 export interface PressSecond { tip: Vec3; axis: Vec3; time: number }
-/** Where the second hand's tool is wanted, as of Aim. */
+/** The wanted pose of the second hand's tool, as in Aim. */
 export interface AimSecond { tip: Vec3; axis: Vec3; time: number }
-/** The second hand lets go, once its tool has been everywhere that it was aimed to. */
+/** Lifts the second hand after its tool has followed all aims. */
 export type LiftSecond = Record<string, never>;
-/** How the pointer's strokes behave from the next one on. guide: 0 none, 1 a straight line, whose direction is a multiple of snap [degrees] (0: any), 2 a circle about the centre [mm], 3 the curve through these points (three f64 each [mm]), closed or not. steady: the tool is drawn behind the hand on a string so long [mm]. lead: its local x axis turns to the way it goes; it goes in and comes out over `entry` [mm], from `lift` [mm] above. stamp: it is pressed in, from `lift` above, where the stroke begins, or, where `every` is not 0, at so many mm from each other on its way. */
+/** How the pointer's strokes behave from the next one on. guide: 0 none; 1 a straight line, whose direction is a multiple of snap [degrees] (0: any); 2 a circle about the centre [mm]; 3 the curve through these points (three f64 each [mm]), closed or not. steady: the length of the string that pulls the tool behind the hand [mm]. lead: the tool's local x axis turns to its path, and it goes in and comes out over `entry` [mm], from `lift` [mm] above. stamp: the tool is pressed in from `lift` above where the stroke begins, or every `every` mm along its path if that is not 0. */
 export interface ChooseGuide { guide: number; snap: number; centre: Vec3; closed: number; steady: number; lead: number; entry: number; lift: number; stamp: number; every: number; curve: Uint8Array }
-/** What the body that is worked on weighs; Mass answers. */
+/** Asks for the weight of the active body. Mass answers. */
 export type AskMass = Record<string, never>;
-/** A stamp is held from now on. what: 0 letters: `text` in a `font` (a family), `size` [mm] high as a capital H, `depth` long; 1 a picture (PNG) as a relief, `size` wide, white `depth` deeper than black, or, inverted, black deeper; 2 a mesh, `size` wide as the longer of its sides. name: the file's, data: its bytes. ShowStamp tells what it is. */
+/** Chooses a stamp. what: 0 letters: `text` in a `font` (a family), `size` [mm] the height of a capital H, `depth` their length; 1 a picture (PNG) as a relief, `size` wide, with white `depth` deeper than black, or black deeper if inverted; 2 a mesh, whose longer side is `size`. name: the file's name. data: its bytes. ShowStamp reports the result. */
 export interface ChooseStamp { what: number; text: string; font: string; size: number; depth: number; invert: number; name: string; data: Uint8Array }
-/** Which fonts are installed where the studio runs; Fonts answers. */
+/** Asks for the fonts installed on the studio's machine. Fonts answers. */
 export type AskFonts = Record<string, never>;
-/** Whether the body that is worked on is shown in colours that tell what a printer would fail at (1; no longer what ShowRemains asked for): walls thinner than `wall` [mm], faces that look down and lean from upright by more than `overhang` [degrees], loose pieces. PrintFaults tells the numbers. */
+/** Whether the active body's colours show printing faults (1; this replaces ShowRemains): walls thinner than `wall` [mm], faces that look down and lean from upright by more than `overhang` [degrees], loose pieces. PrintFaults reports the numbers. */
 export interface ShowFaults { shown: number; wall: number; overhang: number }
-/** A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz], the document's name, its materials (JSON: name, color, rings: how strongly they stand out, 0 to 1), which of them its stock is of, what the page is called in its requests over HTTP, and what it is: 0 carved, 1 only looked at, 2 an experiment. All that was shown before is of another one. */
+/** A document is open. It has a lattice (lower corner [mm], nodes, pitch [mm]) and the servo's rate [Hz]. Then follow the document's name, its materials (JSON: name, color, rings: their contrast, 0 to 1), and the index of its stock's material. page: the page's id in HTTP requests. what: 0 carved, 1 open read-only, 2 an experiment. Everything shown before belongs to another document. */
 export interface Welcome { version: number; origin: Vec3; nodes: Vec3; pitch: number; rate: number; document: string; materials: string; material: number; page: string; what: number }
-/** Surface of one body that changed; the page answers Got. Each chunk: place x y z (u16), numbers of vertices and triangles (u32), whether any is painted (u16), vertices, corners (u16 each), and of painted ones a colour for each vertex (red, green, blue, 255 where it is painted or 0: u8). A vertex: x y z (u16, 1/2048 pitch from 16 place - 1), normal (3 x i8, 1/127), material (u8). */
+/** The changed surface of one body. The page answers Got. Each chunk: position x y z (u16), numbers of vertices and triangles (u32), whether any vertex is painted (u16), vertices, corners (u16 each). If painted, a colour per vertex follows: red, green, blue, 255 if painted else 0 (u8 each). A vertex: x y z (u16, 1/2048 pitch from 16 position - 1), normal (3 x i8, 1/127), material (u8). */
 export interface Chunks { frame: number; more: number; body: number; data: Uint8Array }
-/** Every servo tick since the last: tip [mm], force of the wood on the tool [N], moment about the tip [N mm], and of the tool's frame the third column (its axis) and the first, fifteen f32 a tick. start: number of the first. */
+/** Every servo tick since the last message, fifteen f32 each: tip [mm], force of the wood on the tool [N], moment about the tip [N mm]; the third (axis) and first column of the tool's frame. start: the number of the first. */
 export interface Ticks { start: number; data: Uint8Array }
-/** Volume [mm^3], how much less that is than the stock's [mm^3], where the document stands; whether this page holds the tool; whether the tool, which is pressed, stands in material and can't back out. Of a force device: safety 0 off, 1 waits for the hand to be still, 2 pushes; why it is off; the force it gives [N]. */
-export interface State { volume: number; removed: number; step: number; steps: number; undo: number; redo: number; holds: number; blocked: number; hash: string; safety: number; trip: string; given: number }
-/** A sentence for the person. */
+/** Volume [mm^3], the stock's volume minus it [mm^3], and the current step. holds: whether this page holds the tool. blocked: whether the pressed tool is inside material and cannot back out. pending: how much of a brush's stroke is not in the model yet, as time of the hand's motion [s]. For a force device: safety (0 off, 1 waits for the hand to be still, 2 pushes), why it is off, and its force [N]. */
+export interface State { volume: number; removed: number; step: number; steps: number; undo: number; redo: number; holds: number; blocked: number; pending: number; hash: string; safety: number; trip: string; given: number }
+/** A sentence for the user. */
 export interface Notice { text: string }
-/** No document is open. JSON: documents (name, changed: s since 1970, bytes), materials (as of Welcome), examples (name, about). */
+/** No document is open. JSON: documents (name, changed: s since 1970, bytes), materials (as in Welcome), examples (name, about). */
 export interface Start { version: number; holds: number; json: string }
-/** Steps that this page was not told of yet, by their numbers: number, the one before it or 0 (u32 each), what it removed [mm^3] (f32), when it was begun [s since 1970] (f64; 0: not known), the tool (text, as JSON; null: none), mode (u8; off: the tool only moved), whether a thumbnail of it is kept (u8), label (text). */
+/** The steps that this page does not have yet, in the order of their numbers. Each has its number and its parent's or 0 (u32 each), and the removed volume [mm^3] (f32). Then the time of its beginning [s since 1970] (f64; 0: unknown), the tool (text, as JSON; null: none), mode (u8; off: the tool only moved), whether a thumbnail is stored (u8), label (text). */
 export interface Steps { data: Uint8Array }
-/** JSON: the number of the step of each name. */
+/** JSON: the step number of each name. */
 export interface Versions { json: string }
-/** What takes a while and can be cancelled; empty: nothing. share: how much of it is done, 0 to 1; below 0: not known. */
+/** The running job that may take long. Empty: none. share: its progress, 0 to 1; below 0: unknown. */
 export interface Work { what: string; share: number; cancellable: number }
-/** After Welcome, where a force device holds the tool, and whenever its reach or the hand changes: its name, the force it can give [N] (0: none), the stiffness that it renders and the greatest it can bear [N/mm, at the hand], the reach, and which share of the wood's force is felt. */
+/** The force device that holds the tool. Sent after Welcome, and when its reach or the hand changes: its name, max force [N] (0: none), rendered stiffness and max stiffness [N/mm, at the hand], the reach, and the share of the wood's force at the hand. */
 export interface Device { name: string; force: number; stiffness: number; max: number; scale: number; share: number }
-/** What an experiment came to. JSON: run (a number of its own), name, model, finished, ticks, removed_mm3, mean_force_N (where there is any), max_force_N, max_moment_Nmm, step_us, marks (label, time_s). Rows: time [s], force [N], moment [N mm], seven f32; of at most 100 000, those with the largest force. */
+/** The result of an experiment. JSON: run (a unique number), name, model, finished, ticks, removed_mm3, mean_force_N (over ticks with a force), max_force_N, max_moment_Nmm, step_us, marks (label, time_s). Rows: time [s], force [N], moment [N mm], seven f32. At most 100 000 rows, those with the largest force. */
 export interface Trace { json: string; data: Uint8Array }
-/** The tool from now on, of an experiment or of whoever holds it. */
+/** The current tool, of an experiment or of the page that holds it. */
 export interface ShowTool { tool: Tool | null }
-/** Answers AskMethod from the newest snapshot. Rays u, u + every, ... (columns of them) by v, v + every, ... (rows of them) of the field, 32 both ways at most: where that would be more, every is larger than it was asked. spans: of each ray, u first, how many spans reach between the depths low and high [lattice units] (u8, the first 16), and of each its ends in and out (f32). vanished: nodes x y z (u16 each) between these depths, on these rays and on those between them, four times as many both ways or all, that were in the material when this page was answered last and are not now, evenly chosen where they are more than 2048; gone: how many they are. Of the newest tick that took or added any: points (K, of the whole model), volume (how much less material there is for it [mm^3]), motion (of the tool's tip [mm]), force (of the wood on the tool [N]). ticks: how many there were since the last answer, and taken: K of them all. */
+/** Answers AskMethod from the newest snapshot. The rays are u, u + every, ... (columns of them) by v, v + every, ... (rows of them) of the field, at most 32 in each direction. If there would be more, every is larger than requested. spans: for each ray, u first, the number of spans (u8, the first 16), and the ends in and out of each (f32). The spans are between the depths low and high [lattice units]. vanished: nodes x y z (u16 each) between these depths that were in the material at this page's last answer and are not now. They are on these rays and on rays between them, four times as many in each direction or all. If there are more than 2048, the list is evenly chosen. gone: their number. For the newest tick that removed or added points: points (K, of the whole model), volume (removed [mm^3]), motion (of the tool's tip [mm]), force (of the wood on the tool [N]). ticks: the number of ticks since the last answer. taken: the sum of their K. */
 export interface Method { axis: number; every: number; u: number; v: number; columns: number; rows: number; low: number; high: number; gone: number; points: number; volume: number; motion: Vec3; force: Vec3; ticks: number; taken: number; spans: Uint8Array; vanished: Uint8Array }
-/** Which bodies there are, and the one that strokes go to. JSON: id, name, pose (of the body's lattice in the world: its origin [mm], then the columns of its frame), visible, locked, no_go, volume_mm3. Chunks of a body that is not there, is hidden, or stands otherwise than it was told before are no more; those of one that is shown follow. */
+/** All bodies, and the active one. JSON: id, name, pose (of the body's lattice in the world: its origin [mm], then the columns of its frame), visible, locked, no_go, volume_mm3. Chunks of a body that is gone, hidden or moved are invalid. Chunks of a newly shown body follow. */
 export interface Bodies { active: number; json: string }
-/** Of what ShowRemains asked for: how far the surface of the body that is worked on is from what is no-go, at most and on average [mm], how much of it is outside that [mm^3], and the distance that has the last colour [mm]. A scale of 0: nothing is no-go, and no colours are shown. */
+/** The numbers for ShowRemains: max and mean distance [mm] of the active body's surface from the protected region; the body's volume outside that region [mm^3]; the distance of the last colour [mm]. A scale of 0: there is no protected region, and no colours are shown. */
 export interface Remains { max: number; mean: number; volume: number; scale: number }
-/** Answers PreviewAction: why it can't be shown, or empty. Of a spline, forces: JSON, of each control point the force [N] on the hand that moved it there since the last preview, as of soft clay. */
+/** Answers PreviewAction: an error, or empty. forces, for a spline: JSON, for each control point the force [N] on the hand that moved it since the last preview, as in soft clay. */
 export interface Previewed { error: string; forces: string }
-/** The second hand's tool as of the newest tick: tip [mm], the third column of its frame (its axis) and the first, and the force of the wood on it [N]; there: 0 where there is no second hand. */
+/** The second hand's tool at the newest tick: tip [mm], the third (axis) and first column of its frame, and the force of the wood on it [N]. there: 0 if there is no second hand. */
 export interface SecondHand { there: number; tool: Tool | null; tip: Vec3; axis: Vec3; side: Vec3; force: Vec3 }
-/** Answers AskMass: the body, its volume [mm^3], its mass [g] (0: of one of its materials the density is not known), and its centre of gravity [mm] in the world. */
+/** Answers AskMass: the body, its volume [mm^3], its mass [g] (0: the density of one of its materials is unknown), and its centre of gravity [mm] in the world. */
 export interface Mass { body: number; volume: number; mass: number; centre: Vec3 }
-/** The stamp that is held: its triangles in its own frame [mm], tip at the origin: vertices (three f32 each) and their corners (three u32 each). */
+/** The triangles of the current stamp in its own frame [mm], with the tip at the origin: vertices (three f32 each) and triangles of their indices (three u32 each). */
 export interface ShowStamp { vertices: Uint8Array; triangles: Uint8Array }
-/** Answers AskFonts. JSON: the families, in alphabetical order. */
+/** Answers AskFonts. JSON: the families in alphabetical order. */
 export interface Fonts { json: string }
-/** Of what ShowFaults asked for: surface that hangs, and that is of thin walls [mm^2], of so much in all; the thinnest wall [mm], 0: there is none; and how many pieces there are, of which all but the largest are loose. */
+/** The numbers for ShowFaults: the areas of overhanging and of thin walls, and the total area [mm^2]. The thinnest wall [mm]; 0: there is none. The number of pieces; all but the largest are loose. */
 export interface PrintFaults { overhang: number; thin: number; area: number; thinnest: number; pieces: number }
-/** At --publish HOST:PORT, the first message and again where another document is opened; readers say nothing. JSON: what the rows of PublishedTicks are of, row_bytes, and their columns (name, type, offset in bytes, count). */
+/** The first message at --publish HOST:PORT, sent again when another document is opened. Readers send nothing. JSON: a description of the rows of PublishedTicks, row_bytes, and their columns (name, type, offset in bytes, count). */
 export interface PublishedAbout { version: number; json: string }
-/** Every servo tick since the last such message: rows of PublishedAbout's row_bytes, one for each hand. */
+/** Every servo tick since the last such message: rows of PublishedAbout's row_bytes, one per hand. */
 export interface PublishedTicks { rows: Uint8Array }
 
 export const write = {
@@ -230,7 +230,7 @@ export function read(data: ArrayBuffer): FromStudio {
     case 66:
       return r.end({ kind: "Ticks", message: { start: r.f64(), data: r.raw() } });
     case 67:
-      return r.end({ kind: "State", message: { volume: r.f64(), removed: r.f64(), step: r.u32(), steps: r.u32(), undo: r.u8(), redo: r.u8(), holds: r.u8(), blocked: r.u8(), hash: r.text(), safety: r.u8(), trip: r.text(), given: r.f64() } });
+      return r.end({ kind: "State", message: { volume: r.f64(), removed: r.f64(), step: r.u32(), steps: r.u32(), undo: r.u8(), redo: r.u8(), holds: r.u8(), blocked: r.u8(), pending: r.f64(), hash: r.text(), safety: r.u8(), trip: r.text(), given: r.f64() } });
     case 68:
       return r.end({ kind: "Notice", message: { text: r.text() } });
     case 69:
