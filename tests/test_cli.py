@@ -176,7 +176,7 @@ class CommandLine(unittest.TestCase):
         database.close()
         before = (self.folder / "d.kibori").read_bytes()
         for command in (["info", "d.kibori"], ["convert", "d.kibori", "m.stl"], ["picture", "d.kibori", "p.png"], ["compare", "d.kibori", "d.kibori"]):
-            self.refused(*command, expected=["d.kibori: is a damaged document", f"tile {tile} is not what was written", "whole up to step", "--salvage"])
+            self.refused(*command, expected=["d.kibori: is a damaged document", f"tile {tile} was changed since it was written", "undamaged up to step", "--salvage"])
         self.assertFalse((self.folder / "m.stl").exists() or (self.folder / "p.png").exists())
         verify = kibori("verify", "d.kibori", cwd=self.folder)
         self.assertEqual(verify.returncode, 1)
@@ -208,7 +208,7 @@ class CommandLine(unittest.TestCase):
             database.execute("UPDATE step SET finished = 0 WHERE id = 3")
             database.execute("UPDATE meta SET value = 2 WHERE key = 'head'")
         database.close()
-        self.refused("info", "w.kibori", expected=["whole up to step 2 of 3"])
+        self.refused("info", "w.kibori", expected=["undamaged up to step 2 of 3"])
         run = kibori("history", "w.kibori", "--salvage", "x.kibori", cwd=self.folder)
         self.assertEqual(run.returncode, 0, run.stderr)
         # Nothing is salvaged of one whose stock is gone.
@@ -216,7 +216,7 @@ class CommandLine(unittest.TestCase):
         database.execute("UPDATE tile SET data = x'00'")
         database.commit()
         database.close()
-        self.refused("history", "d.kibori", "--salvage", "t.kibori", expected=["no step of it is whole"])
+        self.refused("history", "d.kibori", "--salvage", "t.kibori", expected=["no step of it is intact"])
         self.assertFalse((self.folder / "t.kibori").exists())
 
     def files(self):
@@ -251,7 +251,7 @@ class CommandLine(unittest.TestCase):
         log.rename(self.folder / "kept")
         for command in self.READING:
             run = kibori(*command, cwd=self.folder)
-            self.assertIn("-wal file is not beside it", run.stderr + run.stdout, command)
+            self.assertIn("-wal file is not next to it", run.stderr + run.stdout, command)
             self.assertFalse(log.exists())
         (self.folder / "kept").rename(log)
         shutil.copy(self.folder / "yesterday.kibori", self.folder / "d.kibori")
@@ -420,7 +420,7 @@ class CommandLine(unittest.TestCase):
         self.assertIn("overhangs    1802.78 mm2", kibori("info", "f.off", cwd=self.folder).stdout)
         for wrong in ("4", "-1", "99999999999", "nan"):
             (self.folder / "t.off").write_text(tetrahedron.replace("3 0 1 3", f"3 0 1 {wrong}"))
-            self.refused("info", "t.off", expected=["t.off:9: a face names a vertex that is not there"])
+            self.refused("info", "t.off", expected=["t.off:9: a face refers to a missing vertex"])
 
     def test_documents_in_folders_that_are_not_writable(self):
         """A read-only folder, with the end of what was done in the log: read all the same, whole."""
@@ -678,7 +678,7 @@ lead = true
             (text.replace("size = 4", "font = \"No Such Font\""), "No Such Font"),
             (text.replace("size = 4", "file = \"a.stl\""), "exactly one of file, text and picture"),
             (text.replace("size = 4", "invert = true"), "invert needs picture"),
-            (text.replace("every = 2, ", ""), "stamps once"),
+            (text.replace("every = 2, ", ""), "stamps only once"),
             (text.replace("every = 2", "every = 0.01"), "0.1 mm"),
             (text.replace("\"press\"", "3"), "powered"),
         ):
@@ -778,7 +778,7 @@ lead = true
         self.refused("carve", scene, "-o", "d.stl", expected=["d.stl", ".kibori"])
         self.refused("carve", scene, "-o", "no/such/d.kibori", expected=["no/such/d.kibori"])
         self.assertEqual(kibori("carve", scene, "-o", "d.kibori", cwd=self.folder).returncode, 0)
-        self.refused("carve", scene, "-o", "d.kibori", expected=["d.kibori", "there already"])
+        self.refused("carve", scene, "-o", "d.kibori", expected=["d.kibori", "already exists"])
         self.refused("replay", "missing.kibori", expected=["missing.kibori", "no such file"])
         self.refused("replay", "scene.toml", expected=["scene.toml", "not a document"])
         self.refused("replay", "d.kibori", "--to", "nothing", expected=["nothing", "steps 1 to"])
@@ -867,7 +867,7 @@ class Exchange(unittest.TestCase):
         (self.folder / "bad.ply").write_text(head + strips + points + "4 0 1 2 4\n")
         run = kibori("info", "bad.ply", cwd=self.folder)
         self.assertEqual(run.returncode, 2)
-        self.assertIn("bad.ply:14: 'tristrips' 1: names vertex 4, and there are 4", run.stderr)
+        self.assertIn("bad.ply:14: 'tristrips' 1: refers to vertex 4, but the number of vertices is 4", run.stderr)
 
     def test_omissions_are_reported(self):
         corners = "v 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 9\n"
@@ -1078,7 +1078,7 @@ class Exchange(unittest.TestCase):
         self.assertLess(sum(b["volume_mm3"] for b in bodies), narrow - 50)
         self.assertEqual(kibori("verify", document).returncode, 0)
         for wrong, why in (({"verb": "melt"}, "melt"), ({"verb": "bake", "bodies": [9]}, "body 9"),
-                           (rod(50), "thicker|changes nothing|leaves nothing")):
+                           (rod(50), "thicker|does not change|remove all")):
             done = act(wrong)
             self.assertEqual(done.returncode, 2)
             self.assertEqual(done.stderr.count("\n"), 1)
@@ -1102,7 +1102,7 @@ class Exchange(unittest.TestCase):
         piece, egg = json.loads(kibori("bodies", document, "--json").stdout)
         self.assertTrue(egg["no_go"] and not egg["visible"] and not piece["no_go"])
         self.assertAlmostEqual(piece["remains_mm3"], 480 - cap, delta=1)
-        self.assertIn("outside what is no-go", kibori("bodies", document).stdout)
+        self.assertIn("outside the protected region", kibori("bodies", document).stdout)
         self.assertNotIn("remains_mm3", egg)
 
     def test_pictures(self):

@@ -267,7 +267,7 @@ class Readers(Folder):
         for place, sentence in (("7070", "write HOST:PORT"), ("127.0.0.1:", "0 to 65535"), ("127.0.0.1:70707", "0 to 65535"),
                                 ("127.0.0.1:80x", "0 to 65535"), (":80", "write HOST:PORT"), ("no.such.host.invalid:80", "there is no host"),
                                 (f"127.0.0.1:{self.port}", "cannot publish at"), ("192.0.2.1:80", "cannot publish at"),
-                                ("dds:", "no DDS domain"), ("dds:233", "no DDS domain"), ("dds:-1", "no DDS domain"), ("dds:x", "no DDS domain")):
+                                ("dds:", "not a DDS domain"), ("dds:233", "not a DDS domain"), ("dds:-1", "not a DDS domain"), ("dds:x", "not a DDS domain")):
             done = subprocess.run([KIBORI, "servo", "--publish", place, "--seconds", "0.1"], capture_output=True, text=True)
             self.assertEqual((done.returncode, done.stdout), (2, ""), place)
             self.assertIn(sentence, done.stderr)
@@ -334,7 +334,7 @@ class Dds(Folder):
         self.assertEqual(done.returncode, 0, done.stderr)
         report = json.loads(done.stdout)
         self.assertEqual((report["removed_mm3"], report["max_given_N"]), (0, 0))
-        self.assertIn("no pose has come on /kibori/device/pose yet", report["device_complaint"])
+        self.assertIn("no pose has been received on /kibori/device/pose yet", report["device_complaint"])
 
     def test_without_the_module(self):
         done = subprocess.run([KIBORI, "servo", "--publish", "dds", "--seconds", "0.1"], capture_output=True, text=True,

@@ -548,7 +548,7 @@ class History(Folder):
         m.carve(kb.Gouge(), groove(y=8), crumbs="sort")
         m.place(2, [10, 0, 0])
         m.carve(kb.Ball(3), groove(y=22))
-        with self.assertRaisesRegex(kb.Error, "there already"):
+        with self.assertRaisesRegex(kb.Error, "already exists"):
             m.save(first)
         m.save(second)
         self.verified(first)
@@ -962,7 +962,7 @@ class Studio(Folder):
         studio = m.studio(path, browser=False)
         self.assertEqual(studio.close().hash, m.hash)
         self.verified(path)
-        with self.assertRaisesRegex(kb.Error, "there already"):
+        with self.assertRaisesRegex(kb.Error, "already exists"):
             m.studio(path, browser=False)
 
 

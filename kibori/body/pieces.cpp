@@ -44,11 +44,11 @@ struct RayBlock {
 // A plane whose spans all share a node, so that they are one piece.
 struct WholePlane {
   NodeRange all, any;  // nodes that every span holds; from the first to the last node of any span
-  bool continues;  // the spans begin where those of the plane before end, so the piece continues
+  bool continues;  // the spans begin where those of the previous plane end, so the piece continues
 };
 
-// A tile whose rays with material form a block, and whose planes are all whole. Most tiles are
-// such, except at the rims of a body.
+// A tile whose rays with material form a block, and whose planes are all whole. Most tiles are like
+// this, except at the rims of a body.
 struct WholeTile {
   RayBlock block;
   std::vector<WholePlane> planes;  // planes that have spans; empty: the tile is not whole

@@ -283,7 +283,7 @@ class Document {
   static Result<Database> open_copy(const std::filesystem::path& path, bool may_be_held);
   // A sentence about pages that are missing at the end of the file; empty if none are.
   static std::string missing_pages(const std::filesystem::path& path);
-  // A value of the table `meta`; empty if there is none, or if it is no document of Kibori.
+  // A value of the table `meta`; empty if there is none, or if it is not a document of Kibori.
   static std::string meta_of(Database& database, const char* key);
   // True if the structure and the rows of a database are those of a complete document. The rows of
   // a newer format are not checked.

@@ -330,7 +330,7 @@ Status Document::put_tiles(const TileMap& tiles, StepId step, BodyId body, TriDe
     if (body_of(number) != body) continue;
     Field& field = model.field(axis_of(number));
     if (u < 0 || v < 0 || u >= field.tiles_u() || v >= field.tiles_v())
-      return wrong("is a damaged document: a tile lies outside of it");
+      return wrong("is a damaged document: a tile is outside its lattice");
     const int tu = static_cast<int>(u), tv = static_cast<int>(v);
     if (tile == 0) {
       field.clear_tile(tu, tv);
@@ -347,7 +347,7 @@ Status Document::put_tiles(const TileMap& tiles, StepId step, BodyId body, TriDe
     const Bytes data = read.value().bytes(1);
     if (hash_of(data) != read.value().integer(0))
       return wrong("is a damaged document: at step " + std::to_string(step) + ", tile " +
-                   std::to_string(tile) + " is not what was written");
+                   std::to_string(tile) + " was changed since it was written");
     const Status put = decode_tile(data, field, tu, tv);
     if (!put)
       return wrong("is a damaged document: at step " + std::to_string(step) + ", " + put.error());
@@ -361,7 +361,8 @@ Status Document::check_state(StepId step, const BodyList& now) const {
   const Step& written = steps_.at(step);
   // A stroke whose process ended has no hash yet.
   if ((!written.finished && written.hash == 0) || now.content_hash() == written.hash) return Ok{};
-  return wrong("is a damaged document: step " + std::to_string(step) + " is not what was written");
+  return wrong("is a damaged document: step " + std::to_string(step) +
+               " was changed since it was written");
 }
 
 Result<StepId> Document::last_whole() const {
@@ -382,7 +383,7 @@ Result<StepId> Document::last_whole() const {
       break;
     }
     bad = at;
-    if (at == 0) return wrong("is a damaged document, and no step of it is whole");
+    if (at == 0) return wrong("is a damaged document without an undamaged step");
   }
   while (bad - good > 1) {
     const size_t middle = good + (bad - good) / 2;
@@ -392,7 +393,7 @@ Result<StepId> Document::last_whole() const {
 }
 
 Status Document::view_step(StepId step) {
-  if (writes_) return wrong("is open for writing; go there");
+  if (writes_) return wrong("is open for writing; use go()");
   if (!steps_.count(step)) return wrong("has no step " + std::to_string(step));
   head_ = step;
   head_lost_ = false;
@@ -511,8 +512,8 @@ Status Document::for_blocks(BlockTable table, StepId step,
   const auto sealed = sealed_blocks_.find(step);
   if (done && sealed != sealed_blocks_.end() && steps_.at(step).finished &&
       hash.value() != sealed->second[static_cast<size_t>(table)])
-    done =
-        Error{"its rows of table '" + std::string(name_of(table)) + "' are not what was written"};
+    done = Error{"its rows of table '" + std::string(name_of(table)) +
+                 "' were changed since they were written"};
   if (done) return Ok{};
   return wrong("is a damaged document: step " + std::to_string(step) + ": " + done.error());
 }
@@ -642,7 +643,8 @@ Status verify_file(Database& database, const std::function<void(const std::strin
   if (!tiles) return Error{tiles.error()};
   return tiles.value().for_rows([&]() -> Status {
     if (hash_of(tiles.value().bytes(2)) != tiles.value().integer(1))
-      wrong_at("tile " + std::to_string(tiles.value().integer(0)) + " is not what was written");
+      wrong_at("tile " + std::to_string(tiles.value().integer(0)) +
+               " was changed since it was written");
     return Ok{};
   });
 }
@@ -677,10 +679,10 @@ Status verify_ticks(const Document& document, const Step& step, Workbench& bench
                std::to_string(step.ticks));
   if (other_forces > 0) {
     const std::string ticks_text =
-        which + ": the forces kept of " + std::to_string(other_forces) + " ticks ";
+        which + ": the stored forces of " + std::to_string(other_forces) + " ticks ";
     const Result<StrokeSettings> stroke = document.settings(step.id);
     if (!stroke || stroke.value().force.law.version == kForceVersion)
-      wrong_at(ticks_text + "are not those felt when carved again");
+      wrong_at(ticks_text + "differ from the forces of a replay");
     else if (note)
       note(ticks_text + "were computed by an older version of Kibori, and differ today");
   }
@@ -752,7 +754,7 @@ Status Document::verify(const std::function<void(const std::string&)>& wrong_at,
     } else {
       const auto before = states.find(step.parent);
       if (before == states.end()) {
-        wrong_at(which + " can't be carved, as the one before it can't be");
+        wrong_at(which + " cannot be carved again, because the step before it cannot");
         continue;
       }
       bench.set(before->second, active_at(step.parent));
@@ -771,20 +773,20 @@ Status Document::verify(const std::function<void(const std::string&)>& wrong_at,
         differ.insert(id);
         if (note)
           note(which +
-               " keeps a volume that an older version of Kibori measured: made again today, "
-               "it and what follows come out a little different");
+               " uses a volume that an older version of Kibori measured. A replay of it and of "
+               "later steps gives a slightly different model");
       } else {
-        wrong_at(which + " carved again is not what it was");
+        wrong_at(which + " differs from the recorded model when it is carved again");
       }
     }
     if (step.finished && bodies_to_json(now) != bodies_to_json(bodies_at(id)))
-      wrong_at(which + " done again leaves other bodies than were written");
+      wrong_at(which + " gives other bodies than recorded when it is repeated");
     if (is_checkpoint(id) && !step.stock) {
       const Result<BodyList> kept = tile_state(id);
       if (!kept)
         wrong_at(kept.error());
       else if (kept.value().content_hash() != step.hash)
-        wrong_at("the tiles kept at " + which + " are not its state");
+        wrong_at("the stored tiles of " + which + " differ from its model");
     }
     if (children[id] > 0) states[id] = now;
   }

@@ -57,7 +57,7 @@ using TileDone = std::function<void(Axis axis, int tu, int tv)>;
 struct EditOptions {
   Motion motion;
   int threads = 1;
-  // For edits that write: called after each tile in the solid's bounds; null: no call.
+  // Edits that write call this after each tile in the solid's bounds; null: no call.
   const TileDone* tile_done = nullptr;
 };
 

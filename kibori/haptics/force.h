@@ -80,8 +80,8 @@ const auto& material_of(const Materials& materials, int i) {
 Wrench paper_wrench(int dof, const RemovedPart& part, const Material& material,
                     const TickMotion& tick, double pitch_mm, const Vec3& origin_mm);
 
-// Model `energy`: resistance of the removed part of one material. `part` must have its moments
-// about tick.tip (Motion::reference), and for a turn its element sums (Motion::turning).
+// Model `energy`: resistance of the removed part of one material. `part` must have moments about
+// tick.tip (Motion::reference). For a turn it also needs element sums (Motion::turning).
 PathMean::Resistance resistance_of(const RemovedPart& part, const TickMotion& tick,
                                    double pitch_mm);
 // Wrench of the resistance that is paid in a tick. u: cutting_energy of chip.h.

@@ -404,7 +404,7 @@ Status ReshapeStroke::advance(ToolTick& tick, bool now) {
   const Vec3 displacement = tick.pose.tip - from.tip;
   const double length = std::sqrt(displacement.squaredNorm()), spacing = spacing_mm();
   if (!(length <= kMaxDabs * spacing))
-    return Error{"one tick's way holds more than 10000 dabs of this brush; move slower"};
+    return Error{"one tick would need more than 10000 dabs of this brush; move slower"};
   last_ = tick.pose;
   Sums sums;
   if (warps(mode)) {

@@ -375,7 +375,7 @@ void Wheel::cast_shadow(const Tool& tool, const Pose& from, const Vec3& displace
 Result<Wheel::Turned> Wheel::advance(WheelVerb verb, const Tool& tool, const Pose& from,
                                      const Vec3& displacement_mm, double wall_mm) {
   if (!from.tip.allFinite() || !displacement_mm.allFinite())
-    return Error{"the wheel's tool must stand at a finite place"};
+    return Error{"the position of the wheel's tool must be finite"};
   Turned turned;
   if (profile_.empty()) return turned;
   cast_shadow(tool, from, displacement_mm);
