@@ -261,7 +261,7 @@ Result<Database> Document::open_copy(const fs::path& path, bool may_be_held) {
   const std::string other = sanitize_message(beside(path, logged ? "-wal" : "-journal").string());
   return Error{name + ": " + other +
                " next to it belongs to another document or to another state of this one, and would "
-               "damage it. Nothing was changed. Move " +
+               "damage it; nothing was changed; move " +
                other + " to another folder, or put the document back that it belongs to"};
 }
 

@@ -773,7 +773,7 @@ Status Document::verify(const std::function<void(const std::string&)>& wrong_at,
         differ.insert(id);
         if (note)
           note(which +
-               " uses a volume that an older version of Kibori measured. A replay of it and of "
+               " uses a volume that an older version of Kibori measured; a replay of it and of "
                "later steps gives a slightly different model");
       } else {
         wrong_at(which + " differs from the recorded model when it is carved again");
