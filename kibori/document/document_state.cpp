@@ -49,8 +49,8 @@ void Document::wait_for_tiles(StepId step, const BodyList& now) {
   LatticeBox bounds;
   for (const Body& body : now.all) bounds.include(body.material_bounds);
   material_bounds_.include(bounds);
-  // If a later step already stores tiles, this step stores none: the later tiles are differences to
-  // the state before it.
+  // If a later step already stores tiles, this step stores none. The later tiles are differences to
+  // the last stored state before this step.
   if (!writes_ || is_checkpoint(step) || before_checkpoints_.count(step) ||
       tiles_.size() >= kMaxWaiting)
     return;
@@ -283,8 +283,8 @@ Result<Document::TileMap> Document::other_tiles(StepId step,
 }
 
 Result<BodyList> Document::go_by_tiles(TriDexel& work, StepId step) const {
-  // Starts at the current state, or at the last step before it with tiles. That state must be known
-  // and near.
+  // Starts at the current step if it has tiles, or at the last step before it that has some. The
+  // state of that step must be in memory, and near.
   StepId from = head_;
   while (from != 0 && !is_checkpoint(from)) from = steps_.at(from).parent;
   const BodyList* const start = state_of(from);
@@ -373,7 +373,7 @@ Result<StepId> Document::last_whole() const {
     TriDexel work(lattice_);
     return path_fault(path_steps[i]).empty() && make_state(work, path_steps[i]).ok();
   };
-  // Damage affects all later steps, until its material is cut away. The search steps back by
+  // A damaged tile affects all later steps until a cut replaces it. The search steps back by
   // growing distances, then bisects.
   size_t good = 0, bad = path_steps.size();
   for (size_t back = 1;; back *= 2) {
@@ -491,8 +491,8 @@ Result<Pose> Document::start(StepId step) const {
   return pose;
 }
 
-// Calls f(data, count) for the rows of `table` that belong to a step, in order. Error also: the
-// rows of a finished step are not those that were sealed.
+// Calls f(data, count) for the rows of `table` that belong to a step, in order. It is also an error
+// if the rows of a finished step differ from its seal.
 Status Document::for_blocks(BlockTable table, StepId step,
                             const std::function<Status(const Bytes&, int64_t)>& f) const {
   Result<Statement> read =
@@ -719,8 +719,8 @@ Status Document::verify(const std::function<void(const std::string&)>& wrong_at,
   for (const auto& [id, step] : steps_) children[step.parent]++;
   TriDexel model(lattice_);
   Workbench bench(model);
-  // The states by tiles, each made from that of the nearest earlier step with tiles. `later` counts
-  // the steps that still need it.
+  // The states that the stored tiles give. Each is made from the state of the nearest earlier step
+  // with tiles. `later` counts the steps that still need a state.
   TriDexel work(lattice_);
   std::map<StepId, StepId> base;  // 0: the stock
   std::map<StepId, int> later;

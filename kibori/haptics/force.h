@@ -41,8 +41,8 @@ struct TickMotion {
 
 // Share of the cutting force that the hand supports if a motor drives the tool. The motor gives the
 // cutting speed, the hand the feed. Feed forces of routers and burrs are about a tenth of the force
-// of a knife with the same chip. If larger, a ball burr in oak is harder to push than a carver can
-// push. If smaller, hard and soft wood give the same force.
+// of a knife with the same chip. With a larger share, a carver could not push a ball burr through
+// oak. With a smaller one, hard and soft wood would give the same force.
 inline constexpr double kPoweredShare = 0.1;
 // The same if the lever and screw of a press or an arbor drive a stamp.
 inline constexpr double kPressShare = 0.01;
