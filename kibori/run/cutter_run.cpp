@@ -27,7 +27,8 @@ Status trace_cutter(const SceneCutter& with, const BodyList& before, const BodyL
     return kerf > 0 ? kerf * m.u : m.gc;
   };
   std::vector<std::pair<const Body*, CutProgress>> cuts;
-  // the kept part has both faces of a slot, and one face of each separated part
+  // Area of the new faces of the kept parts: both faces of a slot, but one face where a part came
+  // off.
   double bare_mm2 = 0;
   for (const Body& was : before.all) {
     const Body* const is = after.find(was.id);

@@ -113,7 +113,7 @@ export class Layout {
     let from: { y: number; height: number; moved: boolean } | null = null;
     const panel = (): HTMLElement => element(this.tab);
     handle.onclick = (event) => {
-      // A key, or a press without a drag.
+      // A drag ends with a click, too. A key's click has detail 0.
       if (event.detail !== 0 && from?.moved) return;
       this.open = !this.open;
       this.show();
