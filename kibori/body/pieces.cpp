@@ -692,8 +692,8 @@ Severed find_severed(const Snapshot& before, const Snapshot& after, int threads)
   });
   Fates fates = find_fates(was, old_here, is, now, places);
   if (!falls_apart(fates)) return severed;
-  // Nothing changed in the other tiles. Therefore, pieces that were one were also connected in
-  // these tiles, link by link.
+  // Nothing changed in the other tiles. Therefore, the connections between pieces that were one
+  // piece before all passed through these tiles.
   if (!few_others) {
     now = find_pieces(after);
     fates = find_fates(was, old_here, is, now, places);

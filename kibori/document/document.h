@@ -293,8 +293,8 @@ class Document {
   bool is_newer() const;  // than the formats that this version reads
   Status check_tables();
   Status read_tree();
-  // The first damage on the path to `step`; empty if there is none. row_fault: also if the file's
-  // head is lost.
+  // The first damage on the path to `step`; empty if there is none. row_fault: the same; for the
+  // head also damage() if the file's head is lost.
   std::string path_fault(StepId step) const;
   std::string row_fault(StepId step) const;
   // Adds a fault of a step (0: of no certain step) that was found when the document was opened.

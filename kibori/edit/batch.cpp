@@ -195,7 +195,8 @@ class Batch {
   }
 
   // A second writer of each field takes its memory under a lock, so any number of threads may use
-  // it. Its tiles are made writable before. The model still shows the state before the batch.
+  // it. Its tiles are made writable before the threads start. Meanwhile the model shows the state
+  // before the batch.
   void run_on_threads() {
     std::vector<Field> writers;
     for (const Axis axis : kAxes) writers.emplace_back(model_.field(axis).snapshot());

@@ -305,7 +305,7 @@ struct Sums {
     weighted_v = hn::Add(weighted_v, hn::Mul(more, F(kRowNumber[row])));
     weighted_t2 = hn::Add(weighted_t2, hn::Mul(all_t2, by));
   }
-  // Resistance over u, from the rings in each overlap.
+  // Ratio of the resistance to u, from the rings in each overlap.
   static HWY_INLINE VF Resistance(const TileJob& job, size_t row, size_t g, MF hit, VF lo, VF hi) {
     const DF d;
     const auto ring = static_cast<float>(job.request.motion->grain->ring(job.sums_material));
@@ -1134,7 +1134,7 @@ FieldDirection direction_in_field(const TileJob& job) {
           static_cast<float>(shift[depth_index(axis)] / length)};
 }
 
-// Resistance over the material's u, for a piece with the share `late` of late wood.
+// Ratio of the resistance to the material's u, for a piece with the share `late` of late wood.
 static double grain_resistance(const TileJob& job, uint8_t material, double across2, double late) {
   const Grain& grain = *job.request.motion->grain;
   return grain.by_direction(material, across2) * (1 + grain.ring(material) * (late - kMeanLate));

@@ -56,8 +56,8 @@ class EarCutter {
       }
       at = after_[at];
     }
-    // The last triangle, or a fan of a rest without ears, for example of a polygon that touches
-    // itself.
+    // The last triangle. If no ear is left, the rest becomes a fan, for example in a polygon that
+    // touches itself.
     for (size_t b = after_[at]; left > 2; left--, b = after_[b])
       triangles.push_back({at, b, after_[b]});
     return triangles;

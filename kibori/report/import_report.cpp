@@ -206,8 +206,8 @@ uint16_t label_near(const LabelVolume& volume, const Vec3& at_mm) {
   return found;
 }
 
-// Every n-th voxel along each axis, so that its voxels are at most `max_mm` long if they were
-// before. The preview does not resolve more.
+// Keeps every n-th voxel along each axis. The new voxels are at most `max_mm` long, unless the old
+// ones were longer. The preview does not resolve more.
 LabelVolume thinned(const LabelVolume& volume, double max_mm) {
   LabelVolume thin;
   thin.names = volume.names;

@@ -344,7 +344,7 @@ void Warp::read(const NodeBox& box) {
       }
       std::sort(old.begin(), old.end(),
                 [](const OldCrossing& p, const OldCrossing& q) { return p.depth < q.depth; });
-      std::array<int, 2> wrong{};  // without, and with one turn around the lowest node
+      std::array<int, 2> wrong{};  // for a winding number of 0 and of 1 at the lowest node
       int around = 0;
       size_t next = 0;
       for (int k = box.low[2]; k < box.high[2]; k++) {
