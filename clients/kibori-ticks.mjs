@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Ticks while they are made, from kibori servo|studio --publish HOST:PORT: for pages, and for Node (before 22, with the
-// package ws).
-// One file, to be copied to where it is needed. What stands in a row: docs/recordings.md.
+// Reads the ticks that kibori servo|studio --publish HOST:PORT sends. For pages, and for Node (before 22 with the package
+// ws). Copy this file to where you need it. docs/recordings.md describes the rows.
 //
 //   import { listen } from "./kibori-ticks.mjs";
 //   for await (const { about, ticks } of listen("127.0.0.1:7070"))
@@ -48,10 +47,10 @@ export function decodeTicks(view, about) {
 }
 
 /**
- * Gives { about, ticks, lost } for each message of ticks: what they are of, the ticks, each as soon as it is made, and how many
- * did not reach this reader by now. Ends where kibori does. Leaving the loop closes the connection.
+ * Yields { about, ticks, lost } for each message of ticks: their description, the ticks, and the number of ticks that this
+ * reader has missed so far. Ends when kibori ends. Leaving the loop closes the connection.
  * @param {string} address HOST:PORT
- * @param {{ WebSocket?: typeof WebSocket }} options WebSocket: another than the platform's own or, without one, that of ws
+ * @param {{ WebSocket?: typeof WebSocket }} options WebSocket: replaces the platform's own, or that of ws if there is none
  */
 export async function* listen(address, { WebSocket: Socket = globalThis.WebSocket } = {}) {
   if (!Socket) {
@@ -72,7 +71,7 @@ export async function* listen(address, { WebSocket: Socket = globalThis.WebSocke
     failed = null;
   let waiting = 0;
   const add = (data) => {
-    // What is left out, the numbers of the ticks tell.
+    // The numbers of the ticks show which are missing.
     if (!(data instanceof ArrayBuffer) || data.byteLength === 0) return;
     const view = new DataView(data);
     if (waiting > WAITING && view.getUint8(0) === TICKS) return;
@@ -84,7 +83,7 @@ export async function* listen(address, { WebSocket: Socket = globalThis.WebSocke
   socket.addEventListener(
     "error",
     () =>
-      (failed ??= new Error(`nobody publishes ticks at ${address}; begin kibori with --publish`)),
+      (failed ??= new Error(`nobody publishes ticks at ${address}; start kibori with --publish`)),
   );
   socket.addEventListener("close", () => {
     ended = true;

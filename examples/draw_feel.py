@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Draws how the same hand feels by the three force models, from what `kibori carve --forces` wrote of examples/feel-*.toml.
+"""Draws how the same hand feels by the three force models, from the files that
+`kibori carve --forces` wrote for examples/feel-*.toml.
 
-Usage: draw_feel.py SERIES.csv ENERGY.csv PAPER.csv FIGURE.svg     ('./dev pictures' does it all)
+Usage: draw_feel.py SERIES.csv ENERGY.csv PAPER.csv FIGURE.svg     ('./dev pictures' makes all of them)
 """
 import csv
 import math
@@ -11,15 +12,15 @@ import sys
 PANELS = [("series", "of the spring between hand and tool: it stays while the hand rests in the wood"),
           ("energy", "cutting energy by way: even, independent of grid and speed, nothing at rest"),
           ("paper", "by grid points that vanish: faint at this speed, and it ripples; nothing at rest")]
-# What the hand does, and from when [s]; examples/feel-*.toml say where it goes, at 10, 20, 40 and 5 mm/s.
+# When each part of the hand's motion begins [s]. Its path is in examples/feel-*.toml, at 10, 20, 40 and 5 mm/s.
 SCRAPE_S = 30 / 10
 REST_S = SCRAPE_S + 0.5
 LIFT_S = REST_S + 5.5 / 20
 PLUNGE_S = LIFT_S + math.dist((25, 15, 24), (12, 6, 23)) / 40
 PHASES = [("scrape", 0, SCRAPE_S, "#f6f1ea"), ("rest in the wood", SCRAPE_S, REST_S, "#e9e0d3"), ("plunge", PLUNGE_S, PLUNGE_S + 6 / 5, "#f6f1ea")]
 WIDTH, LEFT, RIGHT, TOP, HEIGHT, GAP = 820, 74, 804, 54, 130, 48
-COLUMNS = 700     # ticks of one column are drawn as their mean, and their range as a band
-SHARE, ROOM = 0.99, 1.15  # the share of the ticks with any force that fit in, and the room above
+COLUMNS = 700     # the ticks of a column are drawn as their mean, with a band for their range
+SHARE, ROOM = 0.99, 1.15  # the scale fits this share of the ticks with a force, and this much room above
 
 
 def read(path):

@@ -11,9 +11,9 @@ VERBS = [("smooth", "strength = 0.8"), ("rasp", "strength = 1"), ("fill", "stren
          ("inflate", "strength = 0.5"), ("flatten", "strength = 0.6")]
 PASSES = 6     # of the brush, there and back
 
-lines = [f"""# Brushes: five times the same three grooves, and across their middle, from left to right, a brush that smooths,
-# rasps (takes the ridges only), fills (the hollows only), inflates, and flattens.
-# Written by make_brushes.py; change that, not this.
+lines = [f"""# Brushes: five times the same three grooves. Across their middle, from left to right, a brush smooths,
+# rasps (only ridges), fills (only hollows), inflates, and flattens.
+# Written by make_brushes.py; edit that file.
 
 [stock]
 block = [{TILE * len(VERBS):g}, {DEPTH:g}, {TOP:g}]

@@ -10,8 +10,8 @@ import random
 import sys
 
 FIT_MM = 80       # longest side
-GOUGES = [6.0, 4.0, 2.6, 1.7, 1.1]  # radii: the largest that fits is taken
-DEPTH = 0.36      # of a mark in its middle, with the largest; the others go as deep as gives them the same shape
+GOUGES = [6.0, 4.0, 2.6, 1.7, 1.1]  # radii; each mark uses the largest that fits
+DEPTH = 0.36      # of a mark's middle with the largest gouge; smaller ones cut marks of the same shape
 LENGTH = 7.0      # of a stroke
 SPACING = 2.1     # between marks
 
@@ -68,7 +68,7 @@ def marks(points, triangles):
 
 
 class Places:
-    """Points by cells of space, to find those near another."""
+    """Points sorted into cells of space, to find the neighbours of a point."""
 
     def __init__(self, points, size):
         self.size, self.cells = size, {}
@@ -79,7 +79,7 @@ class Places:
         return tuple(math.floor(x / self.size) for x in p)
 
     def deepest(self, centre, radius):
-        """How far the ball reaches over the nearest point."""
+        """How deep the ball goes over the nearest point."""
         low, high = self.cell([x - radius for x in centre]), self.cell([x + radius for x in centre])
         nearest2 = radius * radius
         for i in range(low[0], high[0] + 1):

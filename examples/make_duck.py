@@ -45,7 +45,7 @@ def round_cone(p, a, b, ra, rb):
 
 
 def duck(p):
-    """How far a place [mm] is outside the duck, about."""
+    """The approximate distance of a point [mm] from the duck, negative inside."""
     x, y, z = p[0] - MIDDLE[0], p[1] - MIDDLE[1], p[2]
     p = (x, y, z)
     d = ellipsoid(p, (-2, 0, 13), (21, 13.5, 12))
@@ -55,8 +55,8 @@ def duck(p):
     return max(d, 2 - z)
 
 
-# Of each side: the way in, and the two ways across. From below only what hangs over is reached, at a
-# slant, as the duck sits on its bottom.
+# For each side: the direction into the block and the two directions across. The duck sits on its bottom,
+# so oblique sides from below reach only what overhangs.
 def sides():
     yield (0, 0, -1), (1, 0, 0), (0, 1, 0)
     for direction in [(0, 1, 0), (0, -1, 0)]:
@@ -76,7 +76,7 @@ class Writer:
         self.written = {}
 
     def move(self, to, **keys):
-        """Keys that are as in the move before are left out."""
+        """Writes a move. Leaves out keys that are the same as in the previous move."""
         self.file.write("\n[[move]]\nto = [%.2f, %.2f, %.2f]\n" % tuple(to))
         for key, value in keys.items():
             if self.written.get(key) != value:
@@ -99,7 +99,7 @@ class Writer:
 
 
 def fewer(line, within):
-    """Fewer places of a line, that it passes within so much (Ramer, Douglas and Peucker)."""
+    """Simplifies a line within a tolerance (Ramer, Douglas and Peucker)."""
     if len(line) < 3:
         return line
     a, b = line[0], line[-1]
@@ -127,7 +127,7 @@ def span(direction):
 
 
 def deepest(direction, u_direction, v_direction, u, v, high):
-    """How far along `way` the ball's middle can go there before it meets the duck."""
+    """How far along `direction` the ball's centre can go at (u, v) before the ball meets the duck."""
     start, end = span(direction)
     t = start - BALL
     while t < end + BALL:
@@ -140,7 +140,7 @@ def deepest(direction, u_direction, v_direction, u, v, high):
 
 
 def carve(out, side, apart, layer, taken):
-    """Strokes from a side; with `layer` in passes that deepen by so much, else at once."""
+    """Strokes from a side. `layer`: depth of one pass; None: a single pass."""
     direction, u_direction, v_direction = side
     (u0, u1), (v0, v1), (t0, t1) = span(u_direction), span(v_direction), span(direction)
     rows = []
@@ -165,7 +165,7 @@ def carve(out, side, apart, layer, taken):
             runs = []
             for u, v, deep in row:
                 reach = min(deep, level)
-                # What an earlier pass took, or lies beyond the block, is left off.
+                # Skip places that an earlier pass cut, or that are beyond the block.
                 if reach > before + 1e-6 or (layer is None and reach < t1 + BALL - 1e-6):
                     line.append((u, v, reach))
                 elif line:
@@ -214,7 +214,7 @@ mode = "off"
 
 
 def add_bill(out):
-    """Of two flat bows."""
+    """A bill of two flat arcs."""
     x, y = MIDDLE
     for high, reach in ((33.6, 9.0), (31.9, 7.5)):
         for side in [0.6 * i for i in range(-5, 6)]:
@@ -237,7 +237,7 @@ def add_eyes(out):
 
 
 def on_side(px, side, pz, within):
-    """The place on a side of the duck, as far out as the body is."""
+    """The point on a side of the duck, on the body's surface."""
     x, y = MIDDLE
     py = 0.0
     while duck((x + px, y + side * py, pz)) < within:
@@ -294,7 +294,7 @@ def main():
         add_bill(out)
         add_eyes(out)
         add_wings(out)
-        # Over bill and wings with a brush, so that they grow out of the wood.
+        # Smooth bill and wings, so that they blend into the body.
         smooth_bill(out)
         smooth_wings(out)
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 R = 30.0                      # mm, of the ball; its middle is at (R, R, R), and it looks to -y
 
-lines = [f"""# A face from a ball: pulled by grabs (nose, brow, chin, ears), sunk and raised by brushes, eyes put in by
+lines = [f"""# A face from a ball: pulled by grabs (nose, brow, chin, ears), sunk and raised by brushes, eyes made by
 # adding balls, the mouth a crease, carved nostrils, and paint. All of it mirrored left and right.
-# Written by make_face.py; change that, not this.
+# Written by make_face.py; edit that file.
 
 [stock]
 sphere = {R:g}
@@ -40,7 +40,7 @@ def move(at, **keys):
 
 
 def front(x, z, out=0.0):
-    """On the ball's front, so far from the middle to the side and up; `out`: beyond the surface."""
+    """The point on the ball's front, x to the side and z up from its middle; `out`: beyond the surface."""
     y = -sqrt(R * R - x * x - z * z)
     scale = 1 + out / R
     return (R + x * scale, R + y * scale, R + z * scale)
@@ -64,7 +64,7 @@ def shifted(place, x, y, z):
     return (place[0] + x, place[1] + y, place[2] + z)
 
 
-# In the mirror's own plane the image pulls, too: half as strong there.
+# On the mirror plane the image also pulls. So use half the strength there.
 MIDDLE = 0.5
 
 # A longer head: crown, and jaw.
@@ -92,7 +92,7 @@ for _ in range(2):
 # All of it softened.
 for x in (2, 7, 12, 17, 22):
     stroke("smooth", [front(x, 16), front(x, 0), front(x, -16)], radius=7, strength=0.4)
-# Eyes are put in, nostrils carved.
+# Add the eyes, carve the nostrils.
 eye = shifted(front(10, 5), 0, 7, -5)
 move(shifted(eye, 0, -12, 0), mode='"off"')
 move(eye, mode='"off"')

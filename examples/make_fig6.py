@@ -135,7 +135,7 @@ def gill(v):
 
 
 def ramp(inside):
-    """0 to 1 over a last 0.8 mm across an edge: a wall that the height field's steps can show."""
+    """0 to 1 over 0.8 mm across an edge: a slope that the height field can represent."""
     return min(1.0, max(0.0, inside / 0.8 + 0.5))
 
 
@@ -149,7 +149,7 @@ def body(x, v):
 
 
 def on_body(x, v):
-    """What stands out of the body: gill cover, brow of the eye, pectoral fin."""
+    """Height of the raised parts of the body: gill cover, brow of the eye, pectoral fin."""
     more = 0.0
     if x < gill(v):
         more = 1.0 * math.exp((x - gill(v)) / 3.5)
@@ -299,7 +299,7 @@ def roughing(field):
 
 
 def levelling(field):
-    """Parallel strokes over everything: the ground as far as they get down, and the fish in the rough."""
+    """Parallel strokes over everything: they cut the ground and rough out the fish."""
     tips = [[tip + min(0.5, 0.5 * (tip - GROUND)) for tip in row] for row in tip_field(field, 0.12)]
     strokes = []
     for k in range(36):
@@ -483,9 +483,9 @@ def scales(field, plain):
 # ---- the file --------------------------------------------------------------------------------------------------
 
 HEADER = """\
-# A fish, after the paper's fig. 6: carved from a plain walnut block by strokes of the virtual finger alone,
-# roughing, levelling, outline and body, then gill, scales, fins and eye, with sharper and sharper fingers.
-# Written by make_fig6.py; change that, not this.
+# A fish, after the paper's fig. 6: carved from a plain walnut block only by strokes of the virtual finger.
+# Roughing, levelling, outline and body come first, then gill, scales, fins and eye with sharper fingers.
+# Written by make_fig6.py; edit that file.
 
 [stock]
 block = [{:g}, {:g}, {:g}]

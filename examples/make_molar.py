@@ -11,7 +11,7 @@ VOXEL = 0.2
 
 
 def smooth(*distances):
-    """The least of signed distances, rounded where two are near each other."""
+    """The minimum of signed distances, rounded where two are nearly equal."""
     k = 1.2
     return -k * math.log(sum(math.exp(-d / k) for d in distances))
 
@@ -22,7 +22,7 @@ def ellipsoid(p, centre, radii):
 
 
 def grown(p, by):
-    """The tooth, or what is so much within it [mm]: a crown with four cusps, and two roots."""
+    """The tooth, or an offset inside it by `by` [mm]: a crown with four cusps, and two roots."""
     x, y, z = p
     crown = ellipsoid(p, (6, 5.6, 13.6), (5.2, 4.7, 4.4))
     cusps = [ellipsoid(p, (6 + sx * 2.5, 5.6 + sy * 2.2, 16.6), (1.9, 1.8, 2.2)) for sx in (-1, 1) for sy in (-1, 1)]

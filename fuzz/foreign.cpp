@@ -122,7 +122,7 @@ int main(int argc, char** argv) {
       const auto ended_by = [&](const char* what) {
         return mesh.error().find(what) != std::string::npos;
       };
-      good &= !ended_by("fault of Kibori");
+      good &= !ended_by("bug of Kibori");
       ends[ended_by("crashes")                ? "parser crashed"
            : ended_by("too long or too much") ? "parser stopped"
                                               : "refused"]++;

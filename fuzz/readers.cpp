@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// libFuzzer on a reader of our own, chosen when compiling by KIBORI_FUZZ_<READER>. Anything but an
-// answer or a sentence is a finding.
+// libFuzzer on a reader of our own, chosen when compiling by KIBORI_FUZZ_<READER>. A finding
+// is anything except a result or an error of one sentence.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -53,7 +53,7 @@ void one_sentence(const Result<T>& result) {
     std::abort();
 }
 
-// All that can be asked of a document.
+// Runs every reading function of a document.
 [[maybe_unused]] void document(const std::span<const char> bytes) {
   static const std::filesystem::path file = std::filesystem::temp_directory_path() /
                                             ("kibori-fuzz-" + std::to_string(getpid()) + ".kibori");
@@ -88,7 +88,7 @@ void one_sentence(const Result<T>& result) {
   }
 }
 
-// A tile that was read is carved, and has a surface.
+// Carves the tile that was read, and extracts its surface.
 [[maybe_unused]] void tile(const Bytes& packed) {
   Lattice lattice;
   lattice.nodes = Index3(16, 16, 16);
@@ -108,8 +108,8 @@ void one_sentence(const Result<T>& result) {
   extract_surface(model.snapshot(), 1);
 }
 
-// What stands in a document's cells; the first byte says what it is. Compressed here, as no fuzzer
-// finds its way through that.
+// The contents of a document's cells. The first byte selects the kind. They are compressed here,
+// because a fuzzer does not find valid compressed data.
 [[maybe_unused]] void cell(const uint8_t* data, size_t size) {
   if (size == 0) return;
   Bytes packed(ZSTD_compressBound(size));

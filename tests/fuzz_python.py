@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Calls everything of `import kibori` with whatever there is: only exceptions may come of it, and models stay whole.
+"""Calls everything of `import kibori` with random arguments. It may only raise exceptions, and models stay valid.
 
 Usage: fuzz_python.py SECONDS; PYTHONPATH holds the package. KIBORI_SEED repeats a run.
 """
@@ -19,7 +19,7 @@ seed = int(os.environ.get("KIBORI_SEED", random.randrange(2**31)))
 print(f"seed {seed}", flush=True)
 chance = random.Random(seed)
 numbers = [0, 1, 2, 3, 5, 7, 10, 20, -1, -5, 0.5, 1e-9, 1e9, 1e300, -1e300, 2**31, 2**63, -(2**63), 2**70, float("nan"), float("inf"), -float("inf")]
-few = [0, 1, 2, 3, 17, -1, 2**40, float("nan"), None]  # what memory or time grows with
+few = [0, 1, 2, 3, 17, -1, 2**40, float("nan"), None]  # sizes and counts, on which memory or time depends
 names = [*kb.MODES, *kb.FORCE_MODELS, "oak", "clay", "motor", "press", "stay", "sort", "fall", "body", "x", "yz", "xyz", "iso", "\0", "ä" * 300, "", "%s%n"]
 
 
@@ -84,7 +84,7 @@ with tempfile.TemporaryDirectory() as folder:
             for key in chance.sample(["material", "force", "dof", "rate", "powered", "mirror", "fold", "axis", "centre", "crumbs", "brush", "label"], chance.randrange(4)):
                 named[key] = anything()
         elif name in ("block", "sphere", "cylinder", "mesh", "volume", "signed_distance", "surface", "picture", "png"):
-            # As large as that, and no larger.
+            # Only small numbers, or memory would run out.
             arguments = [chance.choice(few) if isinstance(a, (int, float)) else a for a in arguments]
             named = {"samples": 1, "width": 20, "height": 20} if name in ("picture", "png") and not arguments else named
         elif name == "save" and arguments:
@@ -101,4 +101,4 @@ with tempfile.TemporaryDirectory() as folder:
             assert not isinstance(error, kb.Error) or (str(error) and "\n" not in str(error)), repr(error)
         if calls % 50 == 0:
             assert model.volume_mm3 >= 0 and model.surface().vertices.shape[1] == 3
-print(f"{calls} calls, {fine} of them fine")
+print(f"{calls} calls, {fine} of them without an exception")

@@ -98,10 +98,10 @@ class Connection:
         data = self.take(size)
         if head[0] & 15 == 8:
             raise ConnectionError(*struct.unpack(">H", data[:2]))
-        if head[0] & 15 == 9:  # whether we are still there; no kind of message
+        if head[0] & 15 == 9:  # a ping; answer it and ignore it
             self.frame(data, code=10)
             return b"\0"
-        return data if head[0] & 0x80 else data + self.message()  # it comes in parts
+        return data if head[0] & 0x80 else data + self.message()  # a message in parts
 
     def closed(self, seconds=20):
         self.socket.settimeout(seconds)
@@ -133,7 +133,7 @@ def greeted(studio):
 
 
 def until(page, *kinds, seconds=60):
-    """The next message of these kinds; chunks are taken."""
+    """The next message of these kinds. Confirms chunks on the way."""
     end = time.time() + seconds
     while time.time() < end:
         message = page.message()

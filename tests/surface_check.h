@@ -28,7 +28,7 @@ inline std::string broken(const Surface& surface, int* components = nullptr,
     const auto& tri = surface.triangles[t];
     double p[3][3];
     for (size_t i = 0; i < 3; i++) {
-      if (tri[i] >= vertices.size()) return "a vertex that is not there";
+      if (tri[i] >= vertices.size()) return "a vertex that does not exist";
       for (size_t k = 0; k < 3; k++) p[i][k] = static_cast<double>(vertices[tri[i]].position[k]);
       if (!next.emplace(key(tri[i], tri[(i + 1) % 3]), t).second)
         return "an edge used twice in one direction";

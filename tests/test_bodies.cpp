@@ -566,12 +566,12 @@ TEST(Bodies, WhatCannotBeDoneIsRefusedAndChangesNothing) {
     EXPECT_EQ(bodies.all.size(), 1u);
     return done ? std::string() : done.error();
   };
-  EXPECT_EQ(refused({{1}, BodyJoin{}}), "this takes two bodies or more");
+  EXPECT_EQ(refused({{1}, BodyJoin{}}), "this action needs at least two bodies");
   EXPECT_EQ(refused({{1, 7}, BodyJoin{}}), "there is no body 7");
   EXPECT_EQ(refused({{1}, BodyRemove{}}), "the last body can't be removed");
-  EXPECT_EQ(refused({{}, BodyDuplicate{}}), "name a body");
+  EXPECT_EQ(refused({{}, BodyDuplicate{}}), "this action needs a body");
   EXPECT_EQ(refused({{1}, BodySeparate{}}), "body 'Body 1' is in one piece");
-  EXPECT_EQ(refused(plane_cut({100, 0, 0}, Vec3::UnitX())), "the cutter meets no body");
+  EXPECT_EQ(refused(plane_cut({100, 0, 0}, Vec3::UnitX())), "the cutter does not meet a body");
   BodyMove move;
   move.pose.frame *= 2;
   EXPECT_NE(refused({{1}, move}), "");
@@ -579,7 +579,7 @@ TEST(Bodies, WhatCannotBeDoneIsRefusedAndChangesNothing) {
   lock.properties.locked = true;
   ASSERT_TRUE(apply(bodies, {{1}, lock}));
   EXPECT_EQ(refused({{1}, BodyMirror{}}), "body 'Body 1' is locked; unlock it first");
-  EXPECT_EQ(refused(plane_cut({20, 0, 0}, Vec3::UnitX())), "the cutter meets no body");
+  EXPECT_EQ(refused(plane_cut({20, 0, 0}, Vec3::UnitX())), "the cutter does not meet a body");
 }
 
 TEST(Bodies, CrumbsFallStayOrBecomeBodies) {

@@ -100,7 +100,7 @@ class CommandLine(unittest.TestCase):
                         self.refused(*command, *([option] if option else []), name, expected=[name])
         after = {path.name: path.read_bytes() for path in self.folder.iterdir() if path.exists()}
         self.assertEqual(before, after)
-        # What is nobody's input is written.
+        # Files that are not inputs may be outputs.
         self.assertEqual(kibori("replay", "d.kibori", "--forces", "f.csv", "--plot", "p.svg", cwd=self.folder).returncode, 0)
 
     def test_scenes_as_deep_as_they_are_long(self):
@@ -124,7 +124,7 @@ class CommandLine(unittest.TestCase):
             started = time.monotonic()
             self.refused("carve", "deep.toml", expected=["deep.toml:2"])
             self.assertLess(time.monotonic() - started, 20)
-        # Dots and brackets in strings, comments and numbers are none.
+        # Dots and brackets in strings, comments and numbers do not count as depth.
         self.scene(SMALL.replace('label = "A"', f'label = "{"[" * 100}{"." * 100} \\" # [["  # {"[" * 100}'))
         self.assertEqual(kibori("carve", "scene.toml", cwd=self.folder).returncode, 0)
 
@@ -140,7 +140,7 @@ class CommandLine(unittest.TestCase):
             self.assertNotIn("SECRET", run.stdout + run.stderr)
             self.assertEqual(run.returncode, 0, run.stderr)
             self.assertEqual(json.loads(run.stdout)["triangles"], 4)
-        # A second buffer, from a file that is not the mesh.
+        # A second buffer, in a file other than the mesh.
         (self.folder / "vertices.bin").write_bytes(struct.pack("<12f", 0, 0, 0, 9, 0, 0, 0, 9, 0, 0, 0, 9))
         (self.folder / "sub").mkdir()
         for uri in ("vertices.bin", "../vertices.bin", str(self.folder / "vertices.bin"), "file://" + str(self.folder / "vertices.bin"), "pipe.mtl"):
@@ -168,7 +168,7 @@ class CommandLine(unittest.TestCase):
         scene = self.scene(SMALL + "".join(f"[[move]]\nto = [{x}, {y}, 6]\n" for y in (3, 9) for x in (-5, 25)))
         self.assertEqual(kibori("carve", scene, "-o", "d.kibori", cwd=self.folder).returncode, 0)
         last = len(json.loads(kibori("history", "d.kibori", "--json", cwd=self.folder).stdout)["steps"])
-        # A bit of a tile that only the last steps have.
+        # Flips a bit of a tile that only the last steps use.
         database = sqlite3.connect(self.folder / "d.kibori")
         tile, data = database.execute("SELECT id, data FROM tile WHERE id = (SELECT max(tile) FROM checkpoint_tile WHERE step = ?)", (last,)).fetchone()
         database.execute("UPDATE tile SET data = ? WHERE id = ?", (data[:-9] + bytes([data[-9] ^ 4]) + data[-8:], tile))
@@ -176,7 +176,7 @@ class CommandLine(unittest.TestCase):
         database.close()
         before = (self.folder / "d.kibori").read_bytes()
         for command in (["info", "d.kibori"], ["convert", "d.kibori", "m.stl"], ["picture", "d.kibori", "p.png"], ["compare", "d.kibori", "d.kibori"]):
-            self.refused(*command, expected=["d.kibori: is a damaged document", f"tile {tile} is not what was written", "whole up to step", "--salvage"])
+            self.refused(*command, expected=["d.kibori: is a damaged document", f"tile {tile} was changed since it was written", "undamaged up to step", "--salvage"])
         self.assertFalse((self.folder / "m.stl").exists() or (self.folder / "p.png").exists())
         verify = kibori("verify", "d.kibori", cwd=self.folder)
         self.assertEqual(verify.returncode, 1)
@@ -184,12 +184,12 @@ class CommandLine(unittest.TestCase):
         saved = kibori("history", "d.kibori", "--salvage", "s.kibori", cwd=self.folder)
         self.assertEqual(saved.returncode, 0, saved.stderr)
         steps = int(re.search(r"saved up to step (\d+)", saved.stderr)[1])
-        self.assertEqual(steps, last, saved.stderr)  # its ticks are whole
+        self.assertEqual(steps, last, saved.stderr)  # its ticks are not damaged
         self.assertEqual(kibori("verify", "s.kibori", cwd=self.folder).returncode, 0)
         carved = [json.loads(kibori("replay", name, "--to", steps, "--json", cwd=self.folder).stdout)["state_hash"] for name in ("d.kibori", "s.kibori")]
         self.assertEqual(carved[0], carved[1])
         self.assertEqual(before, (self.folder / "d.kibori").read_bytes())
-        # A stroke in the middle whose ticks are gone: up to the one before.
+        # If a stroke in the middle has lost its ticks, the strokes before it are saved.
         shutil.copy(self.folder / "s.kibori", self.folder / "u.kibori")
         with sqlite3.connect(self.folder / "u.kibori") as database:
             database.execute("UPDATE tick SET data = x'00' WHERE step = 3")
@@ -198,7 +198,7 @@ class CommandLine(unittest.TestCase):
         self.assertEqual(run.returncode, 0, run.stderr)
         self.assertIn("saved up to step 2 of", run.stderr)
         self.assertEqual(kibori("verify", "v.kibori", cwd=self.folder).returncode, 0)
-        # An interrupted stroke that can't be read: the file is as it was, and what is before it is saved.
+        # An interrupted stroke cannot be read: the file is unchanged, and the strokes before it are saved.
         shutil.copy(self.folder / "u.kibori", self.folder / "w.kibori")
         with sqlite3.connect(self.folder / "w.kibori") as database:
             database.execute("DELETE FROM checkpoint_tile WHERE step >= 3")
@@ -208,15 +208,15 @@ class CommandLine(unittest.TestCase):
             database.execute("UPDATE step SET finished = 0 WHERE id = 3")
             database.execute("UPDATE meta SET value = 2 WHERE key = 'head'")
         database.close()
-        self.refused("info", "w.kibori", expected=["whole up to step 2 of 3"])
+        self.refused("info", "w.kibori", expected=["undamaged up to step 2 of 3"])
         run = kibori("history", "w.kibori", "--salvage", "x.kibori", cwd=self.folder)
         self.assertEqual(run.returncode, 0, run.stderr)
-        # Nothing is salvaged of one whose stock is gone.
+        # Nothing can be saved from a document that has lost its stock.
         database = sqlite3.connect(self.folder / "d.kibori")
         database.execute("UPDATE tile SET data = x'00'")
         database.commit()
         database.close()
-        self.refused("history", "d.kibori", "--salvage", "t.kibori", expected=["no step of it is whole"])
+        self.refused("history", "d.kibori", "--salvage", "t.kibori", expected=["no step of it is intact"])
         self.assertFalse((self.folder / "t.kibori").exists())
 
     def files(self):
@@ -226,7 +226,7 @@ class CommandLine(unittest.TestCase):
                ["export", "d.kibori", "--csv", "t.csv"], ["replay", "d.kibori"], ["convert", "d.kibori", "m.stl"], ["bodies", "d.kibori"])
 
     def killed_while_carving(self):
-        """A process that carves d.kibori is killed. Returns the log that it leaves."""
+        """Kills a process that carves d.kibori. Returns the log that it leaves."""
         run = subprocess.Popen([KIBORI, "servo", "--seconds", "60", "-o", "d.kibori"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, cwd=self.folder)
         log = self.folder / "d.kibori-wal"
         while not (log.exists() and log.stat().st_size > 100000):
@@ -239,7 +239,7 @@ class CommandLine(unittest.TestCase):
         """A process was killed, and its document was replaced by another one."""
         self.assertEqual(kibori("servo", "--seconds", "0.5", "-o", "yesterday.kibori", cwd=self.folder).returncode, 0)
         log = self.killed_while_carving()
-        # As the crash left it, it is read, and no file changes.
+        # The document can be read as the crash left it, and no file changes.
         before = self.files()
         for command in self.READING:
             run = kibori(*command, cwd=self.folder)
@@ -251,13 +251,13 @@ class CommandLine(unittest.TestCase):
         log.rename(self.folder / "kept")
         for command in self.READING:
             run = kibori(*command, cwd=self.folder)
-            self.assertIn("-wal file is not beside it", run.stderr + run.stdout, command)
+            self.assertIn("-wal file is not next to it", run.stderr + run.stdout, command)
             self.assertFalse(log.exists())
         (self.folder / "kept").rename(log)
         shutil.copy(self.folder / "yesterday.kibori", self.folder / "d.kibori")
         for name in ("p.png", "t.csv", "m.stl"):
             (self.folder / name).unlink()
-        (self.folder / "d.kibori-lock").unlink(missing_ok=True)  # of the killed writer; the next one removes it
+        (self.folder / "d.kibori-lock").unlink(missing_ok=True)  # the killed writer left it; the next writer removes it
         before = self.files()
         for command in (*self.READING, ["history", "d.kibori", "--name", "n"], ["history", "d.kibori", "--salvage", "n.kibori"]):
             self.refused(*command, expected=["d.kibori-wal next to it belongs to another document", "move d.kibori-wal to another folder"])
@@ -338,7 +338,7 @@ class CommandLine(unittest.TestCase):
         self.refused("bodies", "whole.kibori", "--act", '{"verb":"move","bodies":[1],"pose":%s}' % ("[" * 30000 + "]" * 30000), expected=["--act"])
 
     def test_tables_that_are_not_kiboris(self):
-        """What reading would work out, hostile or not: refused before it is read, in little time and memory."""
+        """Tables that SQLite would compute on reading are refused before that, in little time and memory."""
         self.assertEqual(kibori("carve", self.scene(), "-o", "own.kibori", cwd=self.folder).returncode, 0)
         own = sqlite3.connect(self.folder / "own.kibori")
         tables = dict(own.execute("SELECT name, sql FROM sqlite_master WHERE type = 'table'").fetchall())
@@ -354,7 +354,7 @@ class CommandLine(unittest.TestCase):
                 name, sql = choose.choice(sorted(tables.items()))
                 column = choose.choice(re.findall(r"[(,]\s*(\w+)\s+(?:TEXT|INTEGER|BLOB|REAL)", sql) or ["value"])
                 attack = round % 8
-                if attack in (0, 1):  # a column that is worked out
+                if attack in (0, 1):  # a computed column
                     text = re.sub(rf"\b{column} (TEXT|INTEGER|BLOB|REAL)?[^,)]*", f"{column} AS ({choose.choice(heavy)})", sql, count=1)
                 elif attack == 2:
                     text = sql[: sql.rindex(")")] + f", more AS ({choose.choice(heavy)})" + sql[sql.rindex(")") :]
@@ -369,7 +369,7 @@ class CommandLine(unittest.TestCase):
                 else:
                     text = None
                 database.execute("PRAGMA writable_schema = 1")
-                if text is None:  # one more
+                if text is None:  # an additional object
                     database.execute(f"CREATE TABLE own_{round} (a)")
                 else:
                     database.execute("UPDATE sqlite_master SET sql = ?, type = ? WHERE name = ?", (text, "view" if attack == 3 else "table", name))
@@ -388,22 +388,22 @@ class CommandLine(unittest.TestCase):
 
     def test_odd_names_places_and_limits(self):
         scene = self.scene()
-        # No address of SQLite's.
+        # Names that SQLite could take for its own URIs.
         self.assertEqual(kibori("carve", scene, "-o", "file:x.kibori", cwd=self.folder).returncode, 0)
         self.assertEqual(kibori("history", "file:x.kibori", "--copy", "file:c.kibori", cwd=self.folder).returncode, 0)
         self.assertTrue((self.folder / "file:x.kibori").is_file() and (self.folder / "file:c.kibori").is_file())
-        # A pipe without a name.
+        # An unnamed pipe as output.
         run = subprocess.run(["bash", "-c", '"$0" carve scene.toml --forces >(cat > taken.csv) && sleep 0.5', KIBORI], capture_output=True, text=True, cwd=self.folder)
         self.assertEqual(run.returncode, 0, run.stderr)
         self.assertGreater(len((self.folder / "taken.csv").read_text().splitlines()), 50)
-        # Files that may not grow: nothing half-written stays.
+        # A limit on file size: no half-written file stays.
         for command in (["carve", "scene.toml", "--forces", "f.csv"], ["carve", "scene.toml", "-o", "g.kibori"], ["carve", "scene.toml", "--mesh", "m.stl"]):
             run = subprocess.run([KIBORI, *command], capture_output=True, text=True, cwd=self.folder, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1024, 1024)))
             self.assertEqual(run.returncode, 2, (command, run))
             self.assertEqual(len(run.stderr.strip().splitlines()), 1, run.stderr)
         left = {path.name for path in self.folder.iterdir()} & {"f.csv", "g.kibori", "m.stl"}
         self.assertFalse(left or [path for path in self.folder.iterdir() if ".part" in path.name], list(self.folder.iterdir()))
-        # A face of a vertex that is not there.
+        # A face names a vertex that does not exist.
         tetrahedron = "OFF # four\n4 4 0\n0 0 0\n1 0 0\n\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n"
         for text in (tetrahedron, tetrahedron.replace("\n", "\r"), tetrahedron.replace("\n", "\r\n"), tetrahedron.replace("3 0 2 1", "# faces\n  \n3 0 2 1 # first")):
             (self.folder / "t.off").write_text(text, newline="")
@@ -420,10 +420,10 @@ class CommandLine(unittest.TestCase):
         self.assertIn("overhangs    1802.78 mm2", kibori("info", "f.off", cwd=self.folder).stdout)
         for wrong in ("4", "-1", "99999999999", "nan"):
             (self.folder / "t.off").write_text(tetrahedron.replace("3 0 1 3", f"3 0 1 {wrong}"))
-            self.refused("info", "t.off", expected=["t.off:9: a face names a vertex that is not there"])
+            self.refused("info", "t.off", expected=["t.off:9: a face refers to a missing vertex"])
 
     def test_documents_in_folders_that_are_not_writable(self):
-        """A read-only folder, with the end of what was done in the log: read all the same, whole."""
+        """A read-only folder whose last steps are only in the log: everything can be read."""
         self.killed_while_carving()
         folder = self.folder / "kept"
         folder.mkdir()
@@ -433,7 +433,7 @@ class CommandLine(unittest.TestCase):
             folder.chmod(0o500)
             run = kibori("history", folder / "d.kibori", "--json")
             folder.chmod(0o700)
-        else:  # whom no permission stops: a user who may not write there
+        else:  # permissions do not stop root: run as a user who cannot write there
             self.folder.chmod(0o755)
             folder.chmod(0o555)
             (folder / "d.kibori").chmod(0o444)
@@ -443,11 +443,11 @@ class CommandLine(unittest.TestCase):
                 os.setgid(65534)
                 os.setuid(65534)
 
-            program = shutil.copy(KIBORI, self.folder)  # it may lie where only this user can go
+            program = shutil.copy(KIBORI, self.folder)  # the program may be in a folder that only root can enter
             run = subprocess.run([program, "history", folder / "d.kibori", "--json"], capture_output=True, text=True, preexec_fn=nobody, cwd="/")
             folder.chmod(0o755)
         self.assertEqual(run.returncode, 0, run.stderr)
-        self.assertGreater(len(json.loads(run.stdout)["steps"]), 1)  # the stroke is in the log only
+        self.assertGreater(len(json.loads(run.stdout)["steps"]), 1)  # the stroke is only in the log
         self.assertEqual({path.name for path in folder.iterdir()}, {"d.kibori", "d.kibori-wal"})
 
     def test_signals_end_a_run_in_order(self):
@@ -517,7 +517,7 @@ class CommandLine(unittest.TestCase):
 
     def test_convert_repairs(self):
         self.assertEqual(kibori("carve", self.scene(), "--mesh", "m.stl", cwd=self.folder).returncode, 0)
-        # Holes: every fiftieth triangle is lost.
+        # Holes: remove every fiftieth triangle.
         data = (self.folder / "m.stl").read_bytes()
         facets = [data[at : at + 50] for at in range(84, len(data), 50)]
         facets = [f for i, f in enumerate(facets) if i % 50]
@@ -627,7 +627,7 @@ class CommandLine(unittest.TestCase):
                     self.assertEqual(one[key], two[key], key)
             self.assertEqual((self.folder / "a.csv").read_bytes(), (self.folder / "b.csv").read_bytes())
             plain = json.loads(kibori("carve", scene, "--json", cwd=self.folder).stdout)
-            self.assertEqual(plain["state_hash"], one["state_hash"])  # writing one changes nothing
+            self.assertEqual(plain["state_hash"], one["state_hash"])  # writing a document changes nothing
             self.assertEqual(kibori("verify", "d.kibori", cwd=self.folder).returncode, 0)
 
     def test_labelled_volumes_and_stamps_are_carved_and_replayed(self):
@@ -660,7 +660,7 @@ lead = true
         carve = kibori("carve", scene, "-o", "d.kibori", "--json", cwd=self.folder)
         self.assertEqual(carve.returncode, 0, carve.stderr)
         one = json.loads(carve.stdout)
-        # Ten by eight by eight voxels; less three strokes of an I.
+        # Ten by eight by eight voxels, minus three stamps of an I.
         self.assertAlmostEqual((one["volume_mm3"] + one["removed_mm3"]) / 640, 1, delta=0.006)
         self.assertTrue(4 < one["removed_mm3"] < 20, one)
         replay = json.loads(kibori("replay", "d.kibori", "--json", cwd=self.folder).stdout)
@@ -678,7 +678,7 @@ lead = true
             (text.replace("size = 4", "font = \"No Such Font\""), "No Such Font"),
             (text.replace("size = 4", "file = \"a.stl\""), "exactly one of file, text and picture"),
             (text.replace("size = 4", "invert = true"), "invert needs picture"),
-            (text.replace("every = 2, ", ""), "stamps once"),
+            (text.replace("every = 2, ", ""), "stamps only once"),
             (text.replace("every = 2", "every = 0.01"), "0.1 mm"),
             (text.replace("\"press\"", "3"), "powered"),
         ):
@@ -714,7 +714,7 @@ lead = true
         self.assertEqual(history["versions"], {"rough cut": 2})
         replay = kibori("replay", "d.kibori", "--to", "rough cut", "--json", cwd=self.folder)
         self.assertEqual(json.loads(replay.stdout)["state_hash"], history["steps"][1]["state_hash"])
-        # Anyone can read it.
+        # Any program can read it with SQLite.
         with sqlite3.connect(self.folder / "d.kibori") as db:
             self.assertEqual(db.execute("PRAGMA application_id").fetchone()[0], 0x4B49424F)
             tool = json.loads(db.execute("SELECT json FROM setting").fetchone()[0])["tool"]
@@ -723,7 +723,7 @@ lead = true
         db.close()
 
     def test_a_full_disk_is_reported(self):
-        """No file may grow beyond what is allowed: as a full disk, for the document and wherever else it is put."""
+        """A limit on file size acts like a full disk, for the document and for every other place."""
         self.assertEqual(kibori("carve", self.scene(), "-o", "d.kibori", cwd=self.folder).returncode, 0)
         whole = (self.folder / "d.kibori").stat().st_size
 
@@ -759,12 +759,12 @@ lead = true
             self.assertIn("ulimit -s", run.stderr)
         run = subprocess.run(["bash", "-c", f"ulimit -s 1024; exec {KIBORI} carve {scene}"], capture_output=True, text=True, timeout=60)
         self.assertEqual(run.returncode, 0, run.stderr)
-        # It carves, or says in one sentence why not; and what was begun can be read.
+        # It carves or says in one sentence why not. A document that was begun can be read.
         ends = set()
         for kilobytes in range(90000, 400000, 15000):
             document = self.folder / f"{kilobytes}.kibori"
             run = subprocess.run(["bash", "-c", f"ulimit -v {kilobytes}; exec {KIBORI} servo --seconds 0.3 -o {document}"], capture_output=True, text=True, timeout=60)
-            if "shared object" in run.stderr:  # it is not even begun
+            if "shared object" in run.stderr:  # the program does not even start
                 continue
             ends.add(run.returncode)
             self.assertIn(run.returncode, (0, 2), run.stderr)
@@ -778,13 +778,13 @@ lead = true
         self.refused("carve", scene, "-o", "d.stl", expected=["d.stl", ".kibori"])
         self.refused("carve", scene, "-o", "no/such/d.kibori", expected=["no/such/d.kibori"])
         self.assertEqual(kibori("carve", scene, "-o", "d.kibori", cwd=self.folder).returncode, 0)
-        self.refused("carve", scene, "-o", "d.kibori", expected=["d.kibori", "there already"])
+        self.refused("carve", scene, "-o", "d.kibori", expected=["d.kibori", "already exists"])
         self.refused("replay", "missing.kibori", expected=["missing.kibori", "no such file"])
         self.refused("replay", "scene.toml", expected=["scene.toml", "not a document"])
         self.refused("replay", "d.kibori", "--to", "nothing", expected=["nothing", "steps 1 to"])
         self.refused("info", "missing.kibori", expected=["missing.kibori"])
         self.refused("history", "d.kibori", "--name", "5", expected=["number"])
-        # Damage is reported: a tick's block of nothing.
+        # Damage is reported: here a tick's data are zeros.
         with sqlite3.connect(self.folder / "d.kibori") as db:
             db.execute("UPDATE tick SET data = zeroblob(50) WHERE step = 2")
         db.close()
@@ -820,7 +820,7 @@ lead = true
 
 
 class Exchange(unittest.TestCase):
-    """Files for other programs, and what those programs say of them."""
+    """Files for other programs, and what those programs report about them."""
 
     @classmethod
     def setUpClass(cls):
@@ -850,7 +850,7 @@ class Exchange(unittest.TestCase):
             self.assertAlmostEqual(report["volume_mm3"] / self.summary["volume_mm3"], 1, 3)
             for a, b in zip(report["size_mm"], (20, 12, 10)):
                 self.assertAlmostEqual(a, b, 3)
-        # The thinnest walls stand beside the groove, where its sides are upright: 12 / 2 - 3.
+        # The thinnest walls are beside the groove, where its sides are vertical: 12 / 2 - 3.
         self.assertAlmostEqual(reports["stl"]["thin_walls"]["thinnest_mm"], 3, 1)
 
     def test_triangle_strips_are_read_whole(self):
@@ -867,7 +867,7 @@ class Exchange(unittest.TestCase):
         (self.folder / "bad.ply").write_text(head + strips + points + "4 0 1 2 4\n")
         run = kibori("info", "bad.ply", cwd=self.folder)
         self.assertEqual(run.returncode, 2)
-        self.assertIn("bad.ply:14: 'tristrips' 1: names vertex 4, and there are 4", run.stderr)
+        self.assertIn("bad.ply:14: 'tristrips' 1: refers to vertex 4, but the number of vertices is 4", run.stderr)
 
     def test_omissions_are_reported(self):
         corners = "v 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 9\n"
@@ -892,7 +892,7 @@ class Exchange(unittest.TestCase):
         self.assertEqual(report["lower_corner_mm"], [5e8 + 0.25, -3e8, 0])
 
     def glb(self, name, nodes, roots):
-        """A GLB file of one tetrahedron (legs of 1 m), wherever a node names mesh 0."""
+        """Converts a GLB file with a tetrahedron (legs of 1 m) at each node that names mesh 0."""
         data = struct.pack("<12f12H", 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2)
         views = [{"buffer": 0, "byteLength": 48}, {"buffer": 0, "byteOffset": 48, "byteLength": 24}]
         accessors = [{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 1]},
@@ -905,7 +905,7 @@ class Exchange(unittest.TestCase):
         return self.info(name)
 
     def test_nodes_of_a_glb_have_their_transforms(self):
-        # Moved; turned about y and twice as large, below one that is moved; mirrored, with its outside out.
+        # One is moved, one is turned about y and doubled under a moved node, and one is mirrored.
         report = self.glb("three.glb", [
             {"mesh": 0, "translation": [10, 0, 0]},
             {"translation": [0, 20, 0], "children": [2]},
@@ -925,7 +925,7 @@ class Exchange(unittest.TestCase):
         many = self.glb("many.glb", [{"mesh": 0}] * (count // 3), list(range(count // 3)))
         self.assertEqual(many["triangles"], 4 * count // 3)
         report = kibori("convert", self.folder / "many.glb", self.folder / "many.stl", "--pitch", "5")
-        # 100 000 copies in one place are one body.
+        # 100 000 copies at one place are one body.
         self.assertEqual((report.returncode, report.stderr.count("\n")), (0, 1), report.stderr)
         self.assertIn("399996 triangles are left out because others have the same place", report.stderr)
 
@@ -998,7 +998,7 @@ class Exchange(unittest.TestCase):
         self.judge("manifold", "less.stl")
 
     def outputs(self):
-        """Every command that writes a file, and the file."""
+        """Each command that writes a file, with the name of the file."""
         kibori("carve", "scene.toml", "-o", "d.kibori", cwd=self.folder)
         yield from ((("convert", "m.stl", f"o.{e}", "--pitch", "1"), f"o.{e}") for e in ("stl", "ply", "obj", "3mf", "glb"))
         yield ("carve", "scene.toml", "--height-map", "o.png"), "o.png"
@@ -1011,7 +1011,7 @@ class Exchange(unittest.TestCase):
         yield ("servo", "--seconds", "0.2", "--record", "v.csv"), "v.csv"
 
     def test_a_loss_of_power_takes_no_reported_file(self):
-        """All of a file is on the disk before it gets its name, and the name before the command ends."""
+        """A whole file is on the disk before it gets its name, and its name before the command ends."""
         shim = KIBORI.parent / "libfault_files.so"
         if not shim.exists():
             self.skipTest("libfault_files.so is not beside kibori: it is built with the tests")
@@ -1035,7 +1035,7 @@ class Exchange(unittest.TestCase):
             self.assertTrue(named, words)
             self.assertIn(os.path.realpath(self.folder), folders_on_disk, words)
             log.unlink()
-            # A disk that can't keep it: one sentence, and what was there before.
+            # A disk that fails: one sentence, and the old file stays.
             (self.folder / name).unlink()
             before = sorted(os.listdir(self.folder))
             lost = run(KIBORI_FAIL_FSYNC="1")
@@ -1070,7 +1070,7 @@ class Exchange(unittest.TestCase):
         spline = next(s for s in steps if s.get("action", {}).get("verb") == "spline")
         self.assertEqual(spline["action"]["spline"]["radius_mm"], 2)
 
-        # Wider, with the cut done again after it.
+        # A wider rod; the later cut is repeated.
         done = act(rod(3), "--revise", spline["step"])
         self.assertEqual(done.returncode, 0, done.stderr)
         bodies = json.loads(done.stdout)
@@ -1078,7 +1078,7 @@ class Exchange(unittest.TestCase):
         self.assertLess(sum(b["volume_mm3"] for b in bodies), narrow - 50)
         self.assertEqual(kibori("verify", document).returncode, 0)
         for wrong, why in (({"verb": "melt"}, "melt"), ({"verb": "bake", "bodies": [9]}, "body 9"),
-                           (rod(50), "thicker|changes nothing|leaves nothing")):
+                           (rod(50), "thicker|does not change|remove all")):
             done = act(wrong)
             self.assertEqual(done.returncode, 2)
             self.assertEqual(done.stderr.count("\n"), 1)
@@ -1096,13 +1096,13 @@ class Exchange(unittest.TestCase):
         document = self.folder / "no_go.kibori"
         done = kibori("carve", scene, "-o", document, "--mesh", self.folder / "no_go.stl", "--json")
         self.assertEqual(done.returncode, 0, done.stderr)
-        # A slab, and of the ball what is above it.
+        # What stays is a slab and the part of the ball above it.
         ball, cap = 4 / 3 * 3.14159265 * 27, 8 / 3 * 3.14159265
         self.assertAlmostEqual(json.loads(done.stdout)["volume_mm3"], 480 + ball - cap, delta=0.03 * ball)
         piece, egg = json.loads(kibori("bodies", document, "--json").stdout)
         self.assertTrue(egg["no_go"] and not egg["visible"] and not piece["no_go"])
         self.assertAlmostEqual(piece["remains_mm3"], 480 - cap, delta=1)
-        self.assertIn("outside what is no-go", kibori("bodies", document).stdout)
+        self.assertIn("outside the protected region", kibori("bodies", document).stdout)
         self.assertNotIn("remains_mm3", egg)
 
     def test_pictures(self):
@@ -1124,7 +1124,7 @@ class Exchange(unittest.TestCase):
         self.assertEqual(len(files), 20)
         for file in files:
             xml.dom.minidom.parse(str(file))
-        # The map as stock again: the same volume, but for what is under the ball's overhang (nothing here).
+        # The map as stock again has the same volume, because nothing is under an overhang here.
         low, high = (float(x) for x in re.search(r"grey 1 is z = (\S+) mm, 65535 is (\S+) mm", run.stderr).groups())
         self.assertAlmostEqual(high, 10, 3)
         self.assertAlmostEqual(low, 6 + 2 * 5 / 30, 1)  # the groove's floor where it leaves the block
@@ -1202,7 +1202,7 @@ def column(row, *names):
 
 
 class Experiments(unittest.TestCase):
-    """METHOD of the paper, section 3-2: the properties its figure 8 must show, for both readings."""
+    """METHOD of the paper, section 3-2: the properties that its figure 8 must show, for both ways to read it."""
 
     def trace(self, name):
         with tempfile.TemporaryDirectory() as folder:

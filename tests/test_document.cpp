@@ -464,7 +464,7 @@ TEST(Document, ForcesAreStoredOnRequestAndVerified) {
   ASSERT_EQ(reported.size(), 2u);
   EXPECT_NE(reported[0].find("step 2: its rows of table 'force'"), std::string::npos)
       << reported[0];
-  EXPECT_NE(reported[1].find("step 2: the forces kept of 1 ticks"), std::string::npos)
+  EXPECT_NE(reported[1].find("step 2: the stored forces of 1 ticks"), std::string::npos)
       << reported[1];
 }
 

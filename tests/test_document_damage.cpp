@@ -423,7 +423,7 @@ TEST(DocumentDamage, ReadersLeaveNoTrace) {
   // Without its log, its last steps may be missing.
   fs::remove(folder / "a.kibori-wal");
   EXPECT_TRUE(read_mesh_or_document(folder / "a.kibori", 1, &notes).ok());
-  EXPECT_NE(all_of(notes).find("-wal file is not beside it"), std::string::npos) << all_of(notes);
+  EXPECT_NE(all_of(notes).find("-wal file is not next to it"), std::string::npos) << all_of(notes);
   EXPECT_FALSE(fs::exists(folder / "a.kibori-wal"));
 }
 

@@ -496,7 +496,7 @@ TEST(Document, RowsOfOtherDataAreReported) {
             "UPDATE meta SET "
             "value "
             "= 4 WHERE key = 'head'",
-            "has 4 finished steps of 5"},
+            "has only 4 of 5 finished steps"},
            {"UPDATE seal SET value = '0' WHERE step = 4", "step 4"},
            {"DELETE FROM seal", "step 1"},
            {"UPDATE meta SET value = '{}' || ' ' WHERE key = 'stock'", "the stock"},

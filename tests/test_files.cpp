@@ -280,7 +280,7 @@ TEST(ThreeMf, SlicersPartsAndExtensions) {
   EXPECT_TRUE(expected("negative part"));
   EXPECT_EQ(read(two, {{"Metadata/Slic3r_PE_model.config", "<config"}}).value().triangles.size(),
             14u);
-  EXPECT_TRUE(expected("is not proper XML"));
+  EXPECT_TRUE(expected("is not valid XML"));
   // Bambu Studio: parts are components.
   const std::string parts = replaced(
       model_part("<object id=\"2\"><components><component objectid=\"1\"/></components></object>"
@@ -374,8 +374,8 @@ TEST(ThreeMf, HostileArchivesAreRefused) {
     EXPECT_NE(mesh.error().find(expected), std::string::npos) << mesh.error();
     EXPECT_EQ(mesh.error().find("a.3mf: "), 0u) << mesh.error();
   };
-  refused("", "no ZIP");
-  refused("PK", "no ZIP");
+  refused("", "not a ZIP");
+  refused("PK", "not a ZIP");
   refused(with_model(folder, std::string(200 << 20, ' ')), "times its size");  // a bomb
   refused(archive(folder, {{"../3dmodel.model", "x"}}), "leaves");
   refused(archive(folder, {{"/etc/passwd", "x"}}), "leaves");
@@ -388,7 +388,7 @@ TEST(ThreeMf, HostileArchivesAreRefused) {
   refused(with_model(folder, "<model"), "XML");
   refused(with_model(folder, model_part("<object id=\"1\"/>")), "two objects");
   std::string text = replaced(model_part(), "v1=\"0\"", "v1=\"9\"");
-  refused(with_model(folder, text), "not there");
+  refused(with_model(folder, text), "missing vertex");
   text = replaced(model_part(), "x=\"1\"", "x=\"1e999\"");
   refused(with_model(folder, text), "not a number");
   text = replaced(model_part(), "centimeter", "furlong");
@@ -397,7 +397,7 @@ TEST(ThreeMf, HostileArchivesAreRefused) {
   text =
       model_part("<object id=\"2\"><components><component objectid=\"2\"/></components></object>");
   text = replaced(text, kItem, "<item objectid=\"2\"/>");
-  refused(with_model(folder, text), "without end");
+  refused(with_model(folder, text), "contain themselves");
   std::string levels;
   for (int i = 2; i < 32; i++) {
     levels += "<object id=\"" + std::to_string(i) + "\"><components>";
@@ -407,7 +407,7 @@ TEST(ThreeMf, HostileArchivesAreRefused) {
   }
   text = model_part(levels);
   text = replaced(text, kItem, "<item objectid=\"31\"/>");
-  refused(with_model(folder, text), "more objects");
+  refused(with_model(folder, text), "too many objects");
 }
 
 // Every prefix and many flipped bits: an answer or an error, never a crash.
@@ -520,16 +520,16 @@ TEST_F(HelperTest, CrashesAndNonsenseAreOneSentence) {
   EXPECT_NE(message_of("kill -KILL $$").find("too long or too much"), std::string::npos);
   EXPECT_NE(message_of("echo 'a.obj: is odd' >&2; echo more >&2; exit 2").find("a.obj: is odd"),
             std::string::npos);
-  EXPECT_NE(message_of("exit 0").find("no proper mesh"), std::string::npos);
-  EXPECT_NE(message_of("echo KIBMESH1 >&3").find("no proper mesh"), std::string::npos);
+  EXPECT_NE(message_of("exit 0").find("invalid mesh"), std::string::npos);
+  EXPECT_NE(message_of("echo KIBMESH1 >&3").find("invalid mesh"), std::string::npos);
   // A header that promises 2^60 vertices, and one with an index out of range.
   EXPECT_NE(message_of("printf 'KIBMESH1\\0\\0\\0\\0\\0\\0\\0\\020\\1\\0\\0\\0\\0\\0\\0\\0' >&3")
-                .find("more triangles"),
+                .find("million triangles"),
             std::string::npos);
   EXPECT_NE(
       message_of("(printf 'KIBMESH1\\0\\0\\0\\0\\0\\0\\0\\0\\1\\0\\0\\0\\0\\0\\0\\0'; head -c 12 "
                  "/dev/zero) >&3")
-          .find("no proper mesh"),
+          .find("invalid mesh"),
       std::string::npos);
   EXPECT_NE(message_of("head -c 300000 /dev/zero | tr '\\0' 'x' >&2; exit 2").find("xxx"),
             std::string::npos);

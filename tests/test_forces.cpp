@@ -492,7 +492,7 @@ TEST(DirectTool, RefusesATickItCannotSplit) {
   const auto tick =
       stroke.advance(BallTool{1}, Vec3(1e20, 0, 0), Vec3::Zero(), Mode::cut, {}, bench.materials);
   ASSERT_FALSE(tick);
-  EXPECT_NE(tick.error().find("go slower"), std::string::npos);
+  EXPECT_NE(tick.error().find("move slower"), std::string::npos);
   for (const Mode mode : {Mode::cut, Mode::off})
     for (const double turn : {1e3, 1e300, std::nan("")})
       EXPECT_FALSE(

@@ -301,7 +301,7 @@ TEST(Import, AReportNamesTheKind) {
   write_stl(folder / "inward.stl", inward);
   EXPECT_TRUE(report_import(folder / "block.stl").value().repairs.empty());
   EXPECT_EQ(report_import(folder / "inward.stl").value().repairs,
-            std::vector<std::string>{"Its faces look inward: they are turned."});
+            std::vector<std::string>{"Its faces point inward: they are reversed."});
   std::ofstream(folder / "none.stl") << "solid x\nendsolid x\n";
   EXPECT_FALSE(report_import(folder / "none.stl").ok());
   EXPECT_FALSE(report_import(folder / "nowhere.obj").ok());

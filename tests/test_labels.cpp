@@ -393,7 +393,7 @@ TEST(Nrrd, DataMayBeInASeparateFile) {
   EXPECT_FALSE(read_volume(folder / "c.nhdr"));
   std::ofstream(folder / "d.nrrd")
       << "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 1 1\nencoding: ascii\n\n0 0\n";
-  EXPECT_NE(read_volume(folder / "d.nrrd").error().find("nothing but air"), std::string::npos);
+  EXPECT_NE(read_volume(folder / "d.nrrd").error().find("only air"), std::string::npos);
 }
 
 TEST(Nrrd, BadFilesAreOneSentence) {

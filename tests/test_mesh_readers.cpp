@@ -385,18 +385,18 @@ TEST(ObjReader, WrongFilesAreRefused) {
   refused(replaced(plain, "v 30 0 0", "v 30 0 0 1.#IND"), "part.obj:2: expected a number");
   refused(replaced(plain, "v 30 0 0", "v 30 0"), "part.obj:2: a vertex has 2 coordinates");
   refused(replaced(plain, "f 4 3 2", "f 4 3 13"),
-          "part.obj:13: a face names vertex 13, and there are 12");
-  refused(replaced(plain, "f 4 3 2", "f 4 3 -13"), "part.obj:13: a face names vertex -13");
+          "part.obj:13: a face refers to vertex 13, but the number of vertices is 12");
+  refused(replaced(plain, "f 4 3 2", "f 4 3 -13"), "part.obj:13: a face refers to vertex -13");
   refused(replaced(plain, "f 4 3 2", "f 4 3 0"), "counted from 1");
   refused(replaced(plain, "f 4 3 2", "f 4 3 99999999999999999999"),
           "part.obj:13: expected the number");
-  refused(replaced(plain, "f 4 3 2", "f 4 3 4000000000"), "names vertex 4000000000");
+  refused(replaced(plain, "f 4 3 2", "f 4 3 4000000000"), "refers to vertex 4000000000");
   for (const char* wrong : {"2.5", "x", "2/a", "2/1/1/1", "/2", "2 / 3"})
     refused(replaced(plain, "f 4 3 2", std::string("f 4 3 ") + wrong),
             "part.obj:13: expected the number of a vertex");
-  refused("", "is it an OBJ file?");
-  refused("nonsense\n", "is it an OBJ file?");
-  refused(std::string(100000, '\xff'), "is it an OBJ file?");
+  refused("", "is an OBJ file");
+  refused("nonsense\n", "is an OBJ file");
+  refused(std::string(100000, '\xff'), "is an OBJ file");
   refused("\xff\xfev\0 \0", "UTF-16");
   refused(obj_points(), "only points or lines (12");
   refused(obj_points() + "l 1 2 3\n", "only points or lines");
@@ -521,12 +521,13 @@ TEST(PlyReader, WrongFilesAreRefused) {
   const auto refused = [](const std::string& bytes, const std::string& expected) {
     expect_refused(read_ply(bytes), expected);
   };
-  refused(replaced(ply_head(), "face 20", "face 0") + ply_body("v"), "holds only points (12)");
-  refused(ply_head("ascii", "v") + ply_body("v"), "holds only points (12)");
+  refused(replaced(ply_head(), "face 20", "face 0") + ply_body("v"), "has only points (12)");
+  refused(ply_head("ascii", "v") + ply_body("v"), "has only points (12)");
   refused(replaced(plain, "vertex_indices", "corners"), "no list 'vertex_indices'");
   for (const char* wrong : {"1.#IND", "nan", "0x1E", "30abc"})
     refused(replaced(plain, "30 0 0", std::string("30 ") + wrong + " 0"), "'vertex' 2");
-  refused(replaced(plain, "3 3 2 1", "3 3 2 12"), "names vertex 12, and there are 12");
+  refused(replaced(plain, "3 3 2 1", "3 3 2 12"),
+          "refers to vertex 12, but the number of vertices is 12");
   refused(replaced(plain, "30 0 0\n", "30 0 0 "), "part.ply");  // two rows on a line
   refused(ply_head("binary_little_endian") + ply_bytes("vf", false).substr(0, 390),
           "export it again");
@@ -601,13 +602,13 @@ TEST(OffReader, WrongFilesAreRefused) {
   refused("OFF BINARY\n", "binary OFF");
   refused("OFF\n", "the number of vertices");
   refused("nOFF 4\n1 1 0\n", "4 dimensions");
-  refused("OFF\n1000000000 1000000000 0\n", "promises more vertices or faces");
-  refused("OFF\n1e300 1 0\n", "promises more vertices or faces");
+  refused("OFF\n1000000000 1000000000 0\n", "announces more vertices or faces");
+  refused("OFF\n1e300 1 0\n", "announces more vertices or faces");
   refused("OFF\n-1 1 0\n", "part.off:2: expected the number of vertices");
   for (const char* wrong : {"12", "-1", "99999999999", "nan", "1.5", "x"})
     refused(replaced(plain, "3 3 2 1", std::string("3 3 2 ") + wrong),
-            "part.off:15: a face names a vertex that is not there");
-  refused(replaced(plain, "3 3 2 1", "4 3 2 1"), "part.off:15: a face of 4 corners names fewer");
+            "part.off:15: a face refers to a missing vertex");
+  refused(replaced(plain, "3 3 2 1", "4 3 2 1"), "part.off:15: a face of 4 corners has fewer");
   refused(replaced(plain, "30 0 0\n", "30 0\n"), "part.off:4: expected a coordinate");
   refused(replaced(plain, "30 0 0\n", "30 1.#IND 0\n"), "found '1.#IND'");
   refused(replaced(plain, "\n12 20 0", "\n12 21 0"), "ends in the middle of its faces");
@@ -992,20 +993,20 @@ TEST(GlbReader, WrongFilesAreRefused) {
     change(glb.json);
     return glb;
   };
-  expect_refused(read_glb(""), "is it one?");
+  expect_refused(read_glb(""), "is a GLB file");
   expect_refused(read_glb("glTF"), "cut short");
   std::string file = good.file();
   file[4] = 1;
   expect_refused(read_glb(file), "version 1 of glTF");
   expect_refused(read_glb(good.file().substr(0, good.file().size() - 20)), "cut short?");
-  expect_refused(read_glb(std::string(200000, '[')), "is it one?");
+  expect_refused(read_glb(std::string(200000, '[')), "is a GLB file");
   expect_refused(read_glb("{\"a\":" + std::string(200000, '[')), "levels deep");
-  expect_refused(read_glb("{\"a\":" + std::string(90, '[')), "JSON is wrong");
+  expect_refused(read_glb("{\"a\":" + std::string(90, '[')), "JSON is invalid");
   refused(with([](Json& j) { j["asset"]["version"] = "1.0"; }), "version '1.0'");
   refused(with([](Json& j) { j["nodes"][0]["mesh"] = 7; }), "number 7 of 'meshes'");
   refused(with([](Json& j) { j["nodes"][0]["mesh"] = -1; }), "node 0 has no 'mesh'");
   refused(with([](Json& j) { j["scenes"][0]["nodes"] = {0, 9}; }), "node 9 is named");
-  refused(with([](Json& j) { j["nodes"][0]["children"] = {0}; }), "two places");
+  refused(with([](Json& j) { j["nodes"][0]["children"] = {0}; }), "occurs twice");
   refused(with([](Json& j) { j["nodes"][0]["rotation"] = {1, 2}; }), "'rotation' is not 4 numbers");
   refused(with([](Json& j) { j["nodes"][0]["matrix"] = "x"; }), "'matrix' is not 16 numbers");
   refused(with([](Json& j) { j["nodes"][0]["scale"] = {1e308, 1e308, 1e308}; }), "part.glb");
@@ -1017,11 +1018,11 @@ TEST(GlbReader, WrongFilesAreRefused) {
           }),
           "accessor 0 has");
   refused(with([](Json& j) { j["accessors"][0]["count"] = 11; }),
-          "names vertex 11, and there are 11");
+          "refers to vertex 11, but the number of vertices is 11");
   refused(with([](Json& j) { j["accessors"][0]["type"] = "VEC2"; }), "'VEC2' instead of VEC3");
   refused(with([](Json& j) { j["accessors"][0]["componentType"] = 5130; }), "type 5130");
   refused(with([](Json& j) { j["accessors"][1]["componentType"] = 5126; }), "accessor 1");
-  refused(with([](Json& j) { j["accessors"][1]["count"] = 59; }), "no multiple of three");
+  refused(with([](Json& j) { j["accessors"][1]["count"] = 59; }), "not a multiple of three");
   refused(with([](Json& j) { j["bufferViews"][0]["byteStride"] = 8; }), "every 8 bytes");
   refused(with([](Json& j) { j["bufferViews"][1]["byteLength"] = 1e9; }),
           "bufferView 1 ends at byte");

@@ -267,7 +267,7 @@ TEST(NoGo, ProtectedBodiesAreAtTheirPoses) {
        {BodyVerb(BodyCut{{plane}}), BodyVerb(BodyMirror{plane}), BodyVerb(BodySeparate{})}) {
     const auto done = apply(bodies, {{id}, verb});
     ASSERT_FALSE(done.ok());
-    EXPECT_NE(done.error().find("no-go"), std::string::npos);
+    EXPECT_NE(done.error().find("protected"), std::string::npos);
   }
   EXPECT_TRUE(apply(bodies, {{1, id}, BodySubtract{}}).ok());
 }

@@ -260,13 +260,13 @@ TEST_F(PlyTest, BadFilesAreReportedInOneSentence) {
     EXPECT_EQ(mesh.error().find('\n'), std::string::npos) << mesh.error();
   };
   refused(head + rest + points + "3 0 1 2\n4 0 1 2 3\n",
-          ":14: 'tristrips' 2: names vertex 3, and there are 3");
-  refused(head + rest + points + "3 0 1 2\n4 0 1 -2 2\n", "names vertex -2");
-  refused(head + rest + points + "3 0 1 2\n4 0 1 1.5 2\n", "names vertex 1.5");
+          ":14: 'tristrips' 2: refers to vertex 3, but the number of vertices is 3");
+  refused(head + rest + points + "3 0 1 2\n4 0 1 -2 2\n", "refers to vertex -2");
+  refused(head + rest + points + "3 0 1 2\n4 0 1 1.5 2\n", "refers to vertex 1.5");
   refused(head + rest + points + "3 0 1 2\n4 0 1 2\n",
           "'tristrips' 2: the file ends in the middle");
-  refused(head + rest + points + "3 0 1 2\n400 0 1 2\n", "the file is too short for");
-  refused(head + rest + points + "3 0 1 2\n-1 0 1 2\n", "a list of impossible length");
+  refused(head + rest + points + "3 0 1 2\n400 0 1 2\n", "exceeds the file");
+  refused(head + rest + points + "3 0 1 2\n-1 0 1 2\n", "a list of invalid length");
   refused(head + rest + points + "3 0 1 2\n3 0 x 2\n",
           ":14: 'tristrips' 2: expected a number, found 'x'");
   refused(head + rest + "0 0 0\n1 nan 0\n0 1 0\n3 0 1 2\n0\n",
@@ -279,16 +279,16 @@ TEST_F(PlyTest, BadFilesAreReportedInOneSentence) {
   refused(head + "property word z\nelement tristrips 1\nend_header\n" + points,
           ":6: unknown type 'word'");
   refused(head + "property z\nelement tristrips 1\nend_header\n" + points,
-          ":6: the header has a line that means");
+          ":6: the header has an unknown line");
   refused(head + "element tristrips -1\nend_header\n" + points,
           "there can't be '-1' of element 'tristrips'");
   refused(head + "element tristrips 1\n", "end_header");
-  refused(head + "element tristrips 1\n" + points, ":7: the header has a line that means nothing");
+  refused(head + "element tristrips 1\n" + points, ":7: the header has an unknown line");
   refused("ply\nformat ascii 1.0\nelement tristrips 0\nend_header\n",
-          "names element 'vertex' 0 times");
-  refused("ply\nelement tristrips 0\nend_header\n", "does not say the format");
+          "has element 'vertex' 0 times");
+  refused("ply\nelement tristrips 0\nend_header\n", "has no format");
   refused("ply\nformat utf-8 1.0\nelement tristrips 0\nend_header\n", "unknown format 'utf-8'");
-  refused(head + rest + points + "2 0 1\n2 1 2\n", "holds no triangles");
+  refused(head + rest + points + "2 0 1\n2 1 2\n", "has no triangles");
   // A binary file that is truncated anywhere.
   Random random;
   for (const Form form : {Form::little_endian, Form::big_endian}) {

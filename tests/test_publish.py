@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""What --publish gives: against the recording of the same run, between the readers in Python and JavaScript, and over
-DDS to another vendor's.
+"""Tests --publish against the recording of the same run, with the readers in Python and JavaScript, and over DDS with
+another vendor's reader.
 
-Usage: test_publish.py KIBORI [unittest's arguments]; PYTHONPATH holds the package, KIBORI_DDS_PEER names tests/dds's
-program, where there is one.
+Usage: test_publish.py KIBORI [unittest's arguments]; PYTHONPATH holds the package, KIBORI_DDS_PEER names the
+program of tests/dds, if it was built.
 """
 import asyncio
 import json
@@ -37,7 +37,7 @@ def port():
 
 
 class Run:
-    """kibori servo, with what it publishes read into one array."""
+    """Runs kibori servo and reads the ticks that it publishes into one array."""
 
     def __init__(self, *arguments, seconds=2, companion=lambda address: None):
         address = f"127.0.0.1:{port()}"
@@ -69,7 +69,7 @@ class Ticks(Folder):
         self.assertEqual(run.lost, 0)
         self.assertEqual((run.about["document"], run.about["materials"], run.about["rate_hz"]), ("a.kibori", ["oak"], 1000))
         self.assertGreater(len(read["time_s"]), 300)
-        # A recorded stroke is what was published, tick by tick and to the last bit.
+        # A recorded stroke equals the published ticks, to the last bit.
         given = 0
         for step in np.unique(read["step"]):
             stroke = {name: read[name][read["step"] == step] for name in read if name not in ("about", "removed_of_mm3")}
@@ -81,7 +81,7 @@ class Ticks(Folder):
             rows = run.rows[found[0]:found[0] + count]
             for name in ("moment_Nmm", "removed_mm3", "points"):
                 self.assertTrue(same(name, found[0]), name)
-            # A stroke's last tick is written before it is given anything.
+            # A stroke's last tick is recorded before its given force is known.
             np.testing.assert_allclose(rows["given_force_N"][:-1], stroke["given_force_N"][:-1], rtol=1e-5, atol=1e-5)
             np.testing.assert_allclose(rows["hand_pose"], stroke["hand_pose"], atol=1e-9)
             given += np.count_nonzero(np.linalg.norm(rows["given_force_N"], axis=1))
@@ -105,7 +105,7 @@ class Ticks(Folder):
         for row in theirs:
             self.assertEqual(row["lost"], 0)
             mine = ours.get(row["tick"])
-            if mine is None:  # from before this reader was there
+            if mine is None:  # from before this reader connected
                 self.assertLess(row["tick"], run.rows["tick"][0])
                 continue
             for name in run.rows.dtype.names:
@@ -219,7 +219,7 @@ class Readers(Folder):
         self.listens()
 
     def test_a_reader_that_pauses(self):
-        """It is kept, gets what waited for it, and within a running loop it works, too."""
+        """The connection stays, the reader gets the waiting ticks, and it also works within a running event loop."""
         with kb.listen(f"127.0.0.1:{self.port}") as ticks:
             next(ticks)
             time.sleep(35)  # longer than kibori waits for an answer
@@ -237,8 +237,8 @@ class Readers(Folder):
         from websockets.exceptions import ConnectionClosed
         from websockets.server import serve
 
-        for payload, sentence in ((b"", "not what kibori"), (b"x", "not what kibori"), (bytes([97, 0, 0, 0, 0]), "not what kibori"),
-                              (bytes([96, 17, 0, 255, 0, 0, 0]), "not what kibori"), (b"\x60\x11\x00\x02\x00\x00\x00{}", "not what kibori"),
+        for payload, sentence in ((b"", "not one of kibori's"), (b"x", "not one of kibori's"), (bytes([97, 0, 0, 0, 0]), "not one of kibori's"),
+                              (bytes([96, 17, 0, 255, 0, 0, 0]), "not one of kibori's"), (b"\x60\x11\x00\x02\x00\x00\x00{}", "not one of kibori's"),
                               (b'\x60\x11\x00\x0c\x00\x00\x00{"format":9}', "in format 9")):
             async def answer(socket):
                 await socket.send(payload)
@@ -266,8 +266,8 @@ class Readers(Folder):
     def test_errors_are_reported(self):
         for place, sentence in (("7070", "write HOST:PORT"), ("127.0.0.1:", "0 to 65535"), ("127.0.0.1:70707", "0 to 65535"),
                                 ("127.0.0.1:80x", "0 to 65535"), (":80", "write HOST:PORT"), ("no.such.host.invalid:80", "there is no host"),
-                                (f"127.0.0.1:{self.port}", "can't publish at"), ("192.0.2.1:80", "can't publish at"),
-                                ("dds:", "no DDS domain"), ("dds:233", "no DDS domain"), ("dds:-1", "no DDS domain"), ("dds:x", "no DDS domain")):
+                                (f"127.0.0.1:{self.port}", "cannot publish at"), ("192.0.2.1:80", "cannot publish at"),
+                                ("dds:", "not a DDS domain"), ("dds:233", "not a DDS domain"), ("dds:-1", "not a DDS domain"), ("dds:x", "not a DDS domain")):
             done = subprocess.run([KIBORI, "servo", "--publish", place, "--seconds", "0.1"], capture_output=True, text=True)
             self.assertEqual((done.returncode, done.stdout), (2, ""), place)
             self.assertIn(sentence, done.stderr)
@@ -286,7 +286,7 @@ class Dds(Folder):
     DOMAIN = 40 + os.getpid() % 100
 
     def test_another_vendors_hand(self):
-        """It goes around upright, dips into the block, and is pushed back."""
+        """The device moves in a circle, dips into the block, and is pushed back."""
         with open(self.folder / "peer.csv", "w") as out:
             peer = subprocess.Popen([PEER, str(self.DOMAIN), "9", "20", "25"], stdout=out)
         run = Run("--device", f"dds:{self.DOMAIN}", "--publish", f"dds:{self.DOMAIN}", seconds=6)
@@ -300,14 +300,14 @@ class Dds(Folder):
         self.assertGreater(run.report["removed_mm3"], 100)
         numbers = lambda topic: np.array([row[2:] for row in received[topic]])
         self.assertEqual({frame for topic in received if topic != "sent" for _, frame, *_ in received[topic]}, {"kibori_world", "kibori_device"})
-        # Poses in: each that the tool was wanted at is one that was sent, about the block's middle, in m.
+        # Poses in: each wanted pose of the tool is one that was sent, relative to the block's middle [m].
         middle = np.array([40, 25, 15]) / 1000
         sent = {tuple(np.round(row, 9)) for row in numbers("sent")}
         hand = numbers("rt/kibori/hand_pose")
         hand[:, :3] -= middle
         followed = [tuple(np.round(row, 9)) in sent for row in hand[len(hand) // 2:]]
         self.assertGreater(np.mean(followed), 0.95)
-        # Out: the same that is read over WebSocket, in SI units.
+        # Poses out: the same as over WebSocket, in SI units.
         for topic, columns in (("rt/kibori/tool_pose", [("tool_pose", 0.001)]), ("rt/kibori/wrench", [("force_N", 1), ("moment_Nmm", 0.001)]),
                                ("rt/kibori/given_wrench", [("given_force_N", 1), ("given_moment_Nmm", 0.001)])):
             theirs = numbers(topic)
@@ -315,13 +315,13 @@ class Dds(Folder):
             ours = np.concatenate([run.rows[name] * (scale if name != "tool_pose" else 1) for name, scale in columns], axis=1)
             if topic.endswith("pose"):
                 ours[:, :3] *= 0.001
-            # What came while both read.
+            # The ticks from while both read.
             keys = {tuple(np.round(row, 9)) for row in ours}
             self.assertGreater(np.mean([tuple(np.round(row, 9)) in keys for row in theirs[len(theirs) // 2:]]), 0.99, topic)
             stamps = np.array([row[0] for row in received[topic]])
             self.assertTrue((np.diff(stamps) > 0).all(), topic)
             self.assertLess(abs(stamps[-1] - time.time()), 60)
-        # What the hand is given goes to the device.
+        # The device gets the force that is given to the hand.
         given = np.linalg.norm(numbers("rt/kibori/device/wrench")[:, :3], axis=1)
         if run.report["trip"] is None:  # the machine kept up
             self.assertGreater(given.max(), 0.1)
@@ -329,12 +329,12 @@ class Dds(Folder):
         self.assertEqual(given[-1], 0)
 
     def test_nobody_there(self):
-        """No pose comes: nothing is carved and nothing pushed, and it says so."""
+        """Without poses nothing is carved or pushed, and the program says so."""
         done = subprocess.run([KIBORI, "servo", "--device", f"dds:{self.DOMAIN + 1}", "--seconds", "0.5", "--json"], capture_output=True, text=True)
         self.assertEqual(done.returncode, 0, done.stderr)
         report = json.loads(done.stdout)
         self.assertEqual((report["removed_mm3"], report["max_given_N"]), (0, 0))
-        self.assertIn("no pose has come on /kibori/device/pose yet", report["device_complaint"])
+        self.assertIn("no pose has been received on /kibori/device/pose yet", report["device_complaint"])
 
     def test_without_the_module(self):
         done = subprocess.run([KIBORI, "servo", "--publish", "dds", "--seconds", "0.1"], capture_output=True, text=True,

@@ -331,7 +331,7 @@ TEST(SplineCurve, BadPointsAreASentence) {
   EXPECT_EQ(error({std::vector<Vec3>(65, a), false, false}),
             "a spline has at most 64 points, not 65");
   EXPECT_EQ(error({{a, Vec3(NAN, 0, 0)}, false, true}),
-            "point 2 of the spline is not finite or too far away");
+            "point 2 of the spline is not finite, or too far away");
   EXPECT_EQ(error({{a, a, a}, false, false}), "all points of the spline are in one place");
   EXPECT_EQ(error({{a, b, b, c}, false, true}), "points 2 and 3 of the spline are in one place");
   EXPECT_EQ(error({{a, b, c, a}, true, true}), "points 4 and 1 of the spline are in one place");
@@ -477,12 +477,13 @@ TEST(SplineShape, BadShapesAreASentence) {
             "the axis of a revolution must be finite and not zero");
   EXPECT_EQ(error(sweep_of(round, 8)), "");
   EXPECT_EQ(error(sweep_of(round, 9)),
-            "the sweep is thicker than its curve is bent; make its radius smaller");
+            "the sweep is thicker than the bend of its curve allows; make its radius smaller");
   EXPECT_EQ(error(sweep_of(round, -1)), "the radius of a sweep must be finite and above 0 mm");
   SplineCurve still{
       {{0, 0, 0}, {5, 0, 0}, {5, 0, 0}, {5, 0, 0}, {5, 0, 0}, {9, 0, 0}}, false, false};
-  EXPECT_EQ(error(sweep_of(still, 1)),
-            "the curve of a sweep stands still, as where its points lie in one place");
+  EXPECT_EQ(
+      error(sweep_of(still, 1)),
+      "the curve of a sweep does not advance at one place, for example because points coincide");
   EXPECT_EQ(error(sweep_of({{{0, 0, 0}, {1e9, 0, 0}}, false, true}, 1e9)),
             "the spline's shape is too large for this pitch; use a coarser one");
 }
@@ -799,7 +800,7 @@ TEST(SplineModel, WhatLeavesTheLatticeIsClipped) {
       model, sweep_of({{{0, 0, 0}, {9000, 0, 0}}, false, true}, 5), SplineOperation::cut, 0);
   ASSERT_FALSE(far);
   EXPECT_EQ(far.error(),
-            "the spline's shape reaches farther than 8192 cells beyond the stock's lattice");
+            "the spline's shape reaches more than 8192 cells beyond the stock's lattice");
 }
 
 TEST(SplineModel, NormalsAreTheShapes) {

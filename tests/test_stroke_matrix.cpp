@@ -114,7 +114,7 @@ void expect_true(const std::filesystem::path& file, uint64_t state_hash) {
 
 void expect_refused(const std::string& error) {
   EXPECT_TRUE(error.find("can't work together with a second hand") != std::string::npos ||
-              error.find("can't work next to a body that is no-go") != std::string::npos)
+              error.find("can't work next to a protected body") != std::string::npos)
       << error;
 }
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""The studio's server from outside: who comes in, who does not, and that no one who misbehaves disturbs the others.
+"""Tests the studio's server from outside: who gets in, who does not, and that no bad client disturbs the others.
 Usage: test_studio_server.py KIBORI"""
 import base64
 import concurrent.futures
@@ -51,7 +51,7 @@ class Server(unittest.TestCase):
         return connection
 
     def carving(self):
-        """A page that has said hello and been welcomed still is answered."""
+        """A page that says hello is welcomed and answered. Returns it."""
         page = self.page()
         page.frame(self.studio.hello)
         self.assertEqual(page.message()[0], 64)
@@ -75,7 +75,7 @@ class Server(unittest.TestCase):
         own, key, token = self.studio.origin, self.studio.key, self.studio.token
         self.assertEqual(len(key), 64)
         self.assertNotEqual(key, token)
-        # The page's program is everyone's: it says nothing of this studio, and gives nothing.
+        # Everyone may load the page's program. It contains nothing about this studio.
         for target in ("/", "/index.html", "/?token=" + token, "/?token=x"):
             connection = Connection(self.studio)
             status, head = connection.ask(target, host=self.studio.host)
@@ -95,8 +95,8 @@ class Server(unittest.TestCase):
             page.frame(hello(given))
             with self.assertRaises(ConnectionError) as closed:
                 page.message()
-            self.assertEqual(closed.exception.args, (1008,), given)  # the page says what to do
-        for some in wrong:  # in the query or as the key
+            self.assertEqual(closed.exception.args, (1008,), given)  # the page explains this code to the user
+        for some in wrong:  # in the query, or as the key
             self.assertEqual(self.status("/enter?token=" + some.replace(token, ""), [own, f"Authorization: Bearer {some}"], "POST"), 403)
         self.assertEqual(self.status("/enter?token=" + token, [self.bearer], "POST"), 403, "no origin")
         self.assertEqual(self.status("/enter?token=" + token, ["Origin: http://evil.example", self.bearer], "POST"), 403)
@@ -110,9 +110,9 @@ class Server(unittest.TestCase):
             first = studio.token
             self.assertEqual([enter(first[:-1] + "g"), enter("")], [403, 403])
             studio.enter()
-            # Who has the key already may use the address again: it was this browser.
+            # A browser that has the key may use the address again.
             self.assertEqual(enter(first, [studio.bearer]), 200)
-            # Another one is refused, and the person finds the next address in the terminal. Once.
+            # Another browser is refused. The terminal shows the next address, once.
             self.assertEqual([enter(first) for _ in range(3)], [403] * 3)
             reported = [studio.program.stdout.readline() for _ in range(3)]
             second = re.search(r"token=([0-9a-f]{64})\n", reported[2])[1]
@@ -216,7 +216,7 @@ class Server(unittest.TestCase):
         self.carving()
 
     def test_every_number_has_its_range(self):
-        """What the table of messages says of each field, from just within it and from just outside."""
+        """Tries values just inside and just outside the range of each field in the table of messages."""
         with open(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../protocol/messages.json"), encoding="utf-8") as file:
             messages = [m for m in json.load(file)["messages"] if m["from"] == "page" and m["name"] != "Hello"]
         plain = {"u8": b"\0", "u16": b"\0\0", "u32": b"\0" * 4, "f64": b"\0" * 8, "vec3": b"\0" * 24, "text": b"\0" * 4, "bytes": b"\0" * 4,
@@ -255,7 +255,7 @@ class Server(unittest.TestCase):
             except ConnectionError:
                 return True
 
-        # Eight at a time, fewer than the studio lets in: one after another takes minutes.
+        # Eight at a time, fewer than the studio admits. One after another would take minutes.
         with concurrent.futures.ThreadPoolExecutor(8) as pool:
             for wrong, closed in zip(all_wrong, pool.map(ends_its_page, all_wrong)):
                 self.assertTrue(closed, (*wrong[:2], wrong[2][:32]))
@@ -268,7 +268,7 @@ class Server(unittest.TestCase):
         self.assertTrue(slow.closed(20))
         self.assertTrue(silent.closed(20))
         self.assertGreater(time.time() - begin, 5)
-        # Who only connects keeps nobody out: the first of too many strangers goes. Nor does who is silent as a page.
+        # Idle connections and silent pages keep nobody out: the oldest ones are closed.
         many = [Connection(self.studio) if i % 2 else self.page() for i in range(100)]
         self.carving()
         self.assertTrue(all(connection.closed(5) for connection in many[:80]))
@@ -301,7 +301,7 @@ class Server(unittest.TestCase):
             page.frame(self.studio.hello)
             stalled.append(page)
         page = self.carving()
-        # Two seconds of the servo, tick after tick.
+        # Two seconds of the servo, without a missing tick.
         expected, seen = None, 0
         end = time.time() + 30
         while seen < 2000 and time.time() < end:
@@ -337,12 +337,12 @@ TETRAHEDRON = "solid t\n" + "".join(
 
 
 def key_of(start):
-    """What the studio calls the page that got this."""
+    """The studio's id of the page that got this Start."""
     return json.loads(start[8:])["page"]
 
 
 class Beginning(unittest.TestCase):
-    """A studio without a document: what can be begun, brought, taken away, and what can't."""
+    """A studio without a document: what can be begun, uploaded and downloaded, and what is refused."""
     def setUp(self):
         self.folder = tempfile.TemporaryDirectory()
         self.studio = Studio(self.folder.name, "--begin")
@@ -379,7 +379,7 @@ class Beginning(unittest.TestCase):
         return status, connection.take(size)
 
     def look(self, name, body, length=None, key=None):
-        """What the studio says of a file that it is brought."""
+        """Uploads a file. Returns the status and what the studio reports about the file."""
         return self.post(f"/import?page={key or self.key}&name={name}", body, length)
 
     def make(self, brought, key=None, **choices):
@@ -387,7 +387,7 @@ class Beginning(unittest.TestCase):
         return self.post(f"/make?page={key or self.key}&import={brought}&" + "&".join(f"{k}={v}" for k, v in choices.items()))
 
     def bring(self, name, body, **choices):
-        """Imports a file as it was guessed to be; None where it is refused at once."""
+        """Imports a file with the guessed choices. Returns the status."""
         status, answer = self.look(name, body)
         if status != 200:
             return status
@@ -437,7 +437,7 @@ class Beginning(unittest.TestCase):
         self.assertEqual(self.documents(), [])
         self.begin()
         self.until(64)
-        self.begin()  # while one is open
+        self.begin()  # while a document is open
         self.until(68)
 
     def test_files_are_uploaded_and_downloaded(self):
@@ -454,7 +454,7 @@ class Beginning(unittest.TestCase):
         self.assertAlmostEqual(float(re.search(r'"volume_mm3": *([0-9.]+)', reported)[1]), 4500, delta=15)
         self.assertEqual(subprocess.run([KIBORI, "verify", os.path.join(self.folder.name, "out.kibori")], capture_output=True).returncode, 0)
         self.leave()
-        # What was taken comes back.
+        # The downloaded files can be uploaded again.
         for form in ("stl", "ply", "obj", "3mf", "glb", "kibori"):
             with open(os.path.join(self.folder.name, "out." + form), "rb") as file:
                 self.assertEqual(self.bring("back." + form, file.read()), 202 if form == "kibori" else 204, form)
@@ -487,7 +487,7 @@ class Beginning(unittest.TestCase):
 
     def test_a_file_that_waits_is_its_pages_alone(self):
         stl = TETRAHEDRON.encode()
-        self.assertEqual(self.look("t.stl", stl, key="0" * 64)[0], 403)  # no page is called so
+        self.assertEqual(self.look("t.stl", stl, key="0" * 64)[0], 403)  # no page has this id
         self.assertEqual(self.look("t.stl", stl, key="x")[0], 403)
         first = json.loads(self.look("t.stl", stl)[1])["import"]
         other = self.window()
@@ -495,7 +495,7 @@ class Beginning(unittest.TestCase):
         self.assertNotEqual(other_key, self.key)
         for wrong in (dict(key=other_key), dict(key="x")):
             self.assertEqual(self.make(first, **wrong)[0], 404)
-            # Nothing of its own to drop: nothing is dropped (see below).
+            # A page cannot drop the file of another page (see below).
             self.assertEqual(self.post(f"/import?page={wrong['key']}&import={first}", method="DELETE")[0], 204)
             self.assertEqual(self.get(f"/import?page={wrong['key']}&import={first}")[0], 404)
         for wrong in ("", "0" * 64, "../" + first, first[:-1]):
@@ -505,13 +505,13 @@ class Beginning(unittest.TestCase):
         for target, method in ((f"/make?page={self.key}&import={first}", "POST"), (f"/import?page={self.key}&import={first}", "DELETE")):
             for headers in ([self.origin], [self.bearer], [self.bearer, "Origin: http://evil.example"], [self.bearer, self.origin, "Sec-Fetch-Site: same-site"]):
                 self.assertEqual(Connection(self.studio).ask(target, headers, method, self.studio.host)[0], 403, headers)
-        # Each page has its own, and the next file replaces its last.
+        # Each page has its own waiting file, which its next file replaces.
         second = json.loads(self.look("t.stl", stl, key=other_key)[1])["import"]
         third = json.loads(self.look("t.stl", stl)[1])["import"]
         self.assertEqual(self.get(f"/import?page={self.key}&import={first}")[0], 404)
         self.assertEqual(self.get(f"/import?page={other_key}&import={second}")[0], 200)
         self.assertEqual(self.folders(), 2)
-        # Dropped when it is not wanted, and when its page has gone.
+        # A file is dropped on request, and when its page is gone.
         self.assertEqual(self.post(f"/import?page={self.key}&import={third}", method="DELETE")[0], 204)
         self.assertEqual(self.make(third)[0], 404)
         other.socket.close()
@@ -520,7 +520,7 @@ class Beginning(unittest.TestCase):
                 break
             time.sleep(0.1)
         self.assertEqual(self.folders(), 0)
-        # What is wrong can be chosen otherwise, and the file is still there.
+        # After a wrong choice the file is still there, and a correct choice works.
         fourth = json.loads(self.look("t.stl", stl)[1])["import"]
         for wrong in (dict(size="x"), dict(size=""), dict(rays="x"), dict(material=-1), dict(material="x"), dict(up="w"), dict(up="y", front="-y"), dict(height="x")):
             self.assertEqual(self.make(fourth, **wrong)[0], 400, wrong)
@@ -533,8 +533,8 @@ class Beginning(unittest.TestCase):
         self.assertEqual(self.folders(), 0)
 
     def folders(self):
-        """How many files this studio keeps that wait."""
-        # One is the program's own: the way by which a browser comes in.
+        """The number of waiting files that this studio keeps."""
+        # One folder is the program's own, for the page that opens the studio in a browser.
         return sum(name.startswith("kibori-") for name in os.listdir(self.folder.name)) - 1
 
     def test_invalid_uploads_are_refused(self):
@@ -548,18 +548,18 @@ class Beginning(unittest.TestCase):
         self.assertEqual(self.bring("x.kibori", b"SQLite format 3\0"), 202)
         self.until(68)
         self.assertEqual(self.documents(), [])
-        # Without the key, without an origin, from elsewhere.
+        # Without the key, without an origin, from another site.
         for headers in ([self.origin], [self.bearer], [self.bearer, "Origin: http://evil.example"], [self.bearer, "Origin: null"]):
             status = Connection(self.studio).ask(f"/import?page={self.key}&name=x.stl", [*headers, "Content-Length: 5"], "POST",
                                                  self.studio.host, b"solid")[0]
             self.assertEqual(status, 403, headers)
-        # More than is allowed is refused before it is sent, and half a file is none.
+        # Too large a file is refused before it is sent. Half a file is not imported.
         self.assertEqual(self.look("x.stl", b"", length=99999999999)[0], 413)
         half = Connection(self.studio)
         half.socket.sendall((f"POST /import?page={self.key}&name=x.stl HTTP/1.1\r\nHost: {self.studio.host}\r\n{self.bearer}\r\n"
                              f"{self.origin}\r\nContent-Length: 1000\r\n\r\n").encode() + b"solid")
         half.socket.close()
-        # Where a document is open, a mesh becomes a body of it; nothing else does, and of no other page.
+        # While a document is open, a mesh becomes one of its bodies. Other files and other pages are refused.
         self.begin()
         self.until(64)
         for name in ("x.kibori", "x.png"):
@@ -584,7 +584,7 @@ class Beginning(unittest.TestCase):
             if message[0] == 64:
                 break
             self.assertLess(time.time(), deadline)
-            self.begin(name="race")  # the other was there first
+            self.begin(name="race")  # the other page was first
         time.sleep(3)
         name = message.split(b".kibori")[0].rsplit(b"\0", 1)[-1].decode()
         self.assertIn(name + ".kibori", self.documents())
@@ -629,7 +629,7 @@ class Beginning(unittest.TestCase):
         self.until(68)
         status, body = self.get("/thumbnail?step=1")
         self.assertEqual((status, body[:4]), (200, b"\x89PNG"))
-        # No picture, or one too large, is not kept.
+        # Data that is no picture, or too large a picture, is not stored.
         for wrong in (b"GIF89a" + b"x" * 20, b"\x89PNG\r\n\x1a\n" + b"x" * 70000):
             self.page.frame(bytes([17]) + struct.pack("<I", 1) + struct.pack("<I", len(wrong)) + wrong)
         time.sleep(0.3)
@@ -664,7 +664,7 @@ class Beginning(unittest.TestCase):
         self.assertNotIn("fig6.kibori", self.documents())
 
     def test_an_end_during_work_leaves_nothing(self):
-        """An example takes half a minute to carve. The studio ends without it, and leaves no temporary folder."""
+        """An example takes half a minute to carve. The studio ends before that and leaves no temporary folder."""
         self.page.frame(bytes([21]) + text("fig6"))
         self.until(72)
         self.assertEqual(self.studio.close(), 0)
@@ -679,7 +679,7 @@ class HeldByADevice(unittest.TestCase):
             device = until(page, 73)
             self.assertIn(b"a simulated hand", device)
             page.frame(bytes([23, 0]))  # cut
-            page.frame(bytes([24, 1]))  # and push
+            page.frame(bytes([24, 1]))  # push
             safety = 0
             end = time.time() + 60
             while safety != 2 and time.time() < end:
@@ -711,7 +711,7 @@ class OnlyLookedAt(unittest.TestCase):
             studio = Studio(folder)
             while not os.path.exists(os.path.join(folder, "s.kibori")):
                 time.sleep(0.05)
-            reader = Studio(folder, "--read-only")  # beside the one that writes
+            reader = Studio(folder, "--read-only")  # while the other studio writes
             page = greeted(reader)
             until(page, 65)
             self.assertEqual(studio.close(), 0)
@@ -725,9 +725,9 @@ class OnlyLookedAt(unittest.TestCase):
             page.frame(bytes([2]) + struct.pack("<7d", 41, 25, 27, 0, 0, 1, 1.02))
             page.frame(bytes([4]))
             page.frame(bytes([16]) + text("mine"))
-            self.assertIn(b"only looked at", until(page, 68))
+            self.assertIn(b"open read-only", until(page, 68))
             page.frame(bytes([8]) + text('{"shape":"ball","radius":3}'))
-            self.assertIn(b"only looked at", until(page, 68))
+            self.assertIn(b"open read-only", until(page, 68))
             for code in (5, 6, 7):
                 page.frame(bytes([code]))
             page.frame(bytes([14]))  # leave
@@ -778,7 +778,7 @@ speed = 40
         self.run_scene(self.SCENE, model="energy")
         welcome = until(self.page, 64)
         self.assertEqual(welcome[-1], 2)
-        while b'"ball"' not in until(self.page, 75):  # once it is in hand
+        while b'"ball"' not in until(self.page, 75):  # until the scene's tool is shown
             pass
         trace = until(self.page, 74)
         size = struct.unpack_from("<I", trace, 1)[0]
@@ -787,13 +787,13 @@ speed = 40
         rows = list(struct.iter_unpack("<7f", trace[9 + size:]))
         self.assertEqual(len(rows), 700)
         self.assertAlmostEqual(max(sum(f * f for f in row[1:4]) ** 0.5 for row in rows), reported["max_force_N"], places=4)
-        # It has no document, and goes nowhere; nothing was written.
+        # An experiment has no document and no history. Nothing was written.
         for code in (5, 6, 7):
             self.page.frame(bytes([code]))
         self.page.frame(bytes([15]) + struct.pack("<I", 1))
         self.page.frame(bytes([3]) + struct.pack("<6dBd", 5, 5, 12, 0, 0, 1, 0, 1))
         self.page.frame(bytes([16]) + text("mine"))
-        self.assertIn(b"only looked at", until(self.page, 68))
+        self.assertIn(b"open read-only", until(self.page, 68))
         self.page.frame(bytes([14]))
         until(self.page, 69)
         self.assertEqual([f for f in os.listdir(self.folder.name) if f.endswith(".kibori")], [])
@@ -807,13 +807,13 @@ speed = 40
         self.assertIn(b'"finished":false', trace)
         self.page.frame(bytes([14]))
         until(self.page, 69)
-        self.run_scene(self.SCENE, pace=0.01)  # and closed while it runs
+        self.run_scene(self.SCENE, pace=0.01)  # it is closed while it runs
         until(self.page, 64)
         self.page.frame(bytes([14]))
         until(self.page, 69)
 
     def test_the_method_is_announced(self):
-        """Rays near the tool, how they are when it has passed, and K of all ticks in between."""
+        """The rays near the tool before and after it has passed, and K of all ticks in between."""
         ask = bytes([31]) + struct.pack("<B3ddB", 2, 10, 6, 8, 3.0, 1)
 
         trace = None
@@ -821,7 +821,7 @@ speed = 40
         def answer():
             nonlocal trace
             reported = until(self.page, 76, 74)
-            if reported[0] == 74:  # the run ended before the answer came
+            if reported[0] == 74:  # the run ended before the answer
                 trace = reported
                 reported = until(self.page, 76)
             names = ("axis", "every", "u", "v", "columns", "rows", "low", "high", "gone", "points", "volume")
@@ -872,7 +872,7 @@ speed = 40
         size = struct.unpack_from("<I", trace, 1)[0]
         removed = json.loads(trace[5:5 + size])["removed_mm3"]
         self.assertLess(abs(taken * 0.5 ** 3 - removed), 0.04 * removed)
-        # What vanished on these rays is what is missing of them: nodes stand at k + 1/2.
+        # The vanished nodes are those missing from these rays. Nodes are at k + 1/2.
         missing = sum(k + 0.5 >= ray[1] for ray in last["spans"] for k in range(24))
         self.assertGreater(gone, 100)
         self.assertEqual(gone, missing)
@@ -924,7 +924,7 @@ class NoTemporaryFolder(unittest.TestCase):
 
 class Killed(unittest.TestCase):
     def test_what_was_written_can_be_read(self):
-        """Turns of any size, and a kill while they are carved."""
+        """Turns of any angle, and a kill while they are carved."""
         with tempfile.TemporaryDirectory() as folder:
             studio = Studio(folder)
             page = greeted(studio)

@@ -343,7 +343,7 @@ TEST(TwoHands, OneOnlyReshapes) {
     return made ? std::string() : made.error();
   };
   settings.second.mode = Mode::smooth;
-  EXPECT_NE(wrong(settings).find("is for the first hand"), std::string::npos);
+  EXPECT_NE(wrong(settings).find("is only for the first hand"), std::string::npos);
   settings.second = hand(BallTool{-1}, Mode::cut);
   EXPECT_NE(wrong(settings), "");
 }
@@ -424,7 +424,7 @@ TEST(TwoHands, AnInvalidSceneIsExplained) {
   };
   EXPECT_NE(wrong("second = { to = [35, 22, 25], tool", "label = \"a\"\n#").find("first move"),
             std::string::npos);
-  EXPECT_NE(wrong("mode = \"deposit\"", "mode = \"smooth\"").find("is for the first hand"),
+  EXPECT_NE(wrong("mode = \"deposit\"", "mode = \"smooth\"").find("is only for the first hand"),
             std::string::npos);
   EXPECT_NE(wrong("to = [35, 12, 19]", "to = [35, 12, 19]\nmode = \"smooth\"").find("can't work"),
             std::string::npos);

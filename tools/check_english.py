@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Checks the English of comments, docs (*.md), messages and identifiers:
+"""Checks the English of comments, docs (*.md, *.html), messages and identifiers:
 
 - words that have a plainer standard term (WORDS), in comments, docs and string literals;
 - sentences of more than 25 words, in comments and docs. Code blocks and the pictures of comments
@@ -13,10 +13,12 @@ tools/english_allowed.txt lists exceptions.
 Usage: check_english.py [FILE ...]
 """
 import fnmatch
+import io
 import pathlib
 import re
 import subprocess
 import sys
+import tokenize
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 ALLOWED = ROOT / "tools/english_allowed.txt"
@@ -26,9 +28,11 @@ PARTS = {"most", "least", "told"}
 
 SLASH = re.compile(r'(?P<comment>//[^\n]*|/\*.*?\*/)|(?P<text>R"(?P<d>[^(\s]*)\(.*?\)(?P=d)"|"(?:\\.|[^"\\\n])*"'
                    r"|`(?:\\.|[^`\\])*`|(?<![0-9a-fA-F])'(?:\\.|[^'\\\n])*')", re.S)
-HASH = re.compile(r'(?P<comment>\#[^\n]*|(?<=\n)[ \t]*"""(?:\\.|[^\\])*?""")'
-                  r'|(?P<text>("""|\'\'\')(?:\\.|[^\\])*?\3|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\')', re.S)
-SYNTAX = {".h": SLASH, ".cpp": SLASH, ".ts": SLASH, ".mjs": SLASH, ".js": SLASH, ".py": HASH}
+F_STRING = getattr(tokenize, "FSTRING_MIDDLE", tokenize.STRING)  # from Python 3.12 on
+SOURCES = {".h", ".cpp", ".ts", ".mjs", ".js", ".py"}
+# HTML: comments, scripts (no prose) and tags.
+TAG = re.compile(r"<!--(?P<comment>.*?)-->|<(?:script|style)\b[^>]*>.*?</(?:script|style)>|<[^>]*>", re.S)
+ATTRIBUTE = re.compile(r'\b(?:title|alt|placeholder|content|aria-label)="([^"]*)"')
 MARKS = re.compile(r"^[ \t]*(///?<?|/\*\*?|\*/|\*|#!?)", re.M)  # of comments, at the start of a line
 END = re.compile(r"(?<=[.!?:;])[)\"'*_`]*\s+|\n[ \t]*\n|\n(?=[ \t]*(?:[-*+•|]|\d+\.)[ \t])| · |\|")
 PICTURE = re.compile(r"^(?:[ \t]{3,}\S|[^\n]*\S {2,}\S)[^\n]*$", re.M)  # lines of a comment
@@ -68,22 +72,60 @@ def prose_of_comment(comment):
     return PICTURE.sub("|", plain)  # ends a sentence
 
 
-def parts_of_code(text, syntax):
+def prose_of_html(text):
+    """(line, text) of the comments, the texts and the titles of an HTML page."""
+    at = 0
+    for m in TAG.finditer(text):
+        yield line_of(text, at), text[at:m.start()]
+        if m["comment"]:
+            yield line_of(text, m.start()), m["comment"]
+        for said in ATTRIBUTE.finditer(m[0]):
+            yield line_of(text, m.start() + said.start(1)), said[1]
+        at = m.end()
+    yield line_of(text, at), text[at:]
+
+
+def pieces_of_slash(text):
+    """(start, end, whether it is a comment) of the comments and string literals of C++ and TypeScript."""
+    for m in SLASH.finditer(text):
+        yield m.start(), m.end(), bool(m["comment"])
+
+
+def pieces_of_python(text):
+    """The same of Python. A docstring is a comment."""
+    starts = [0]
+    for line in text.splitlines(keepends=True):
+        starts.append(starts[-1] + len(line))
+    begun = True  # of a statement
+    for token in tokenize.generate_tokens(io.StringIO(text).readline):
+        start, end = (starts[line - 1] + column for line, column in (token.start, token.end))
+        if token.type in {tokenize.COMMENT, tokenize.STRING, F_STRING}:
+            docstring = token.type == tokenize.STRING and begun and token.string.endswith('"""')
+            yield start, end, token.type == tokenize.COMMENT or docstring
+        if token.type in {tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT}:
+            begun = True
+        elif token.type not in {tokenize.COMMENT, tokenize.NL}:
+            begun = False
+
+
+def parts_of_code(text, pieces):
     """Lists (line, text) of comments and of string literals, and the code without both."""
     comments, strings, code, at, last = [], [], [], 0, (-1, -1)
-    for m in syntax.finditer(text):
-        between = text[at:m.start()]
-        code += [between, re.sub(r"[^\n]", " ", m[0])]
-        line, column = line_of(text, m.start()), m.start() - text.rfind("\n", 0, m.start())
-        if m["text"]:
-            strings.append((line, m[0]))
-        elif not between.strip() and last == (line - 1, column):
-            comments[-1][1] += "\n" + prose_of_comment(m[0])
+    for start, end, is_comment in pieces(text):
+        between, piece = text[at:start], text[start:end]
+        code += [between, re.sub(r"[^\n]", " ", piece)]
+        line, column = line_of(text, start), start - text.rfind("\n", 0, start)
+        at = end
+        if not is_comment:
+            strings.append((line, piece))
+            continue
+        indented = text[start - column + 1:start] + piece  # so that the same indentation leaves each line
+        prose = prose_of_comment(piece if between.strip() or not piece.startswith('"') else indented)
+        if not between.strip() and last == (line - 1, column):
+            comments[-1][1] += "\n" + prose
         else:
-            comments.append([line, prose_of_comment(m[0])])
-        at = m.end()
-        if m["comment"]:
-            last = (line, column)  # a comment of the next line that begins there continues it
+            comments.append([line, prose])
+        last = (line, column)  # a comment of the next line that begins there continues it
     return comments, strings, "".join([*code, text[at:]])
 
 
@@ -92,8 +134,10 @@ def findings(name, text):
     suffix = pathlib.Path(name).suffix
     if suffix == ".md":
         prose, strings, code = [(1, prose_of_page(text))], [], ""
+    elif suffix == ".html":
+        prose, strings, code = prose_of_html(text), [], ""
     else:
-        prose, strings, code = parts_of_code(text, SYNTAX[suffix])
+        prose, strings, code = parts_of_code(text, pieces_of_python if suffix == ".py" else pieces_of_slash)
     for line, part in prose:
         for at, sentence in sentences(part, line):
             if (count := word_count(sentence)) > MAX_WORDS:
@@ -128,7 +172,7 @@ def main():
         if len(entry) != 3 or not all(entry):
             sys.exit(f"{ALLOWED.name}: a line is 'files | text | reason', not '{' | '.join(entry)}'")
     for name in names:
-        if pathlib.Path(name).suffix not in {".md", *SYNTAX} or name in SKIPPED:
+        if pathlib.Path(name).suffix not in {".md", ".html", *SOURCES} or name in SKIPPED:
             continue
         for line, what, sentence in findings(name, (ROOT / name).read_text(encoding="utf-8")):
             fits = [i for i, (files, part, _) in enumerate(allowed) if fnmatch.fnmatch(name, files) and part in sentence]

@@ -14,7 +14,7 @@ ZERO = {"u8": " = 0", "u16": " = 0", "u32": " = 0", "f64": " = 0", "vec3": " = V
 TS = {"u8": "number", "u16": "number", "u32": "number", "f64": "number", "vec3": "Vec3", "text": "string", "bytes": "Uint8Array",
       "mode": "Mode", "model": "Model", "tool": "Tool | null"}
 CALL = {"bytes": "raw"}  # the bytes methods of Writer and Reader have this name
-MADE = "Made by tools/make_protocol.py from protocol/messages.json: change that."
+MADE = "Made by tools/make_protocol.py from protocol/messages.json; edit that file."
 
 
 def cpp(table):
@@ -34,7 +34,7 @@ def cpp(table):
         out.append("  template <class F>\n  void fields([[maybe_unused]] F&& f) {" + (f"\n    f({names});\n  " if names else "") + "}")
         out.append("};")
     pages = [m["name"] for m in table["messages"] if m["from"] == "page"]
-    out.append("\n// What a page may say.\nusing FromPage = std::variant<" + ", ".join(pages) + ">;\n")
+    out.append("\n// The messages that a page may send.\nusing FromPage = std::variant<" + ", ".join(pages) + ">;\n")
     out.append("}  // namespace kibori::studio\n")
     return "\n".join(out)
 
@@ -76,15 +76,15 @@ def ts(table):
             puts = "".join(f".{CALL.get(kind, kind)}(m.{name})" for name, kind, *_ in m["fields"])
             arg = f"m: {m['name']}" if m["fields"] else ""
             out.append(f"  {m['name']}: ({arg}) => new Writer({m['kind']}){puts}.done(),")
-    out.append("};\n\n/** What the studio may say. */\nexport type FromStudio =")
+    out.append("};\n\n/** The messages that the studio may send. */\nexport type FromStudio =")
     out += [f"  | {{ kind: \"{m['name']}\"; message: {m['name']} }}" for m in table["messages"] if m["from"] == "studio"]
     out[-1] += ";"
-    out.append("\n/** Throws where it is none of them, or too short or long. */\nexport function read(data: ArrayBuffer): FromStudio {\n  const r = new Reader(data);\n  const kind = r.u8();\n  switch (kind) {")
+    out.append("\n/** Throws if the data is not one of these messages, or has the wrong length. */\nexport function read(data: ArrayBuffer): FromStudio {\n  const r = new Reader(data);\n  const kind = r.u8();\n  switch (kind) {")
     for m in table["messages"]:
         if m["from"] == "studio":
             gets = ", ".join(f"{name}: r.{CALL.get(kind, kind)}()" for name, kind, *_ in m["fields"])
             out.append(f"    case {m['kind']}:\n      return r.end({{ kind: \"{m['name']}\", message: {{ {gets} }} }});")
-    out.append("    default:\n      throw new Error(`a message of kind ${kind}, which is none`);\n  }\n}\n")
+    out.append("    default:\n      throw new Error(`unknown kind ${kind} of message`);\n  }\n}\n")
     return "\n".join(out)
 
 

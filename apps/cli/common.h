@@ -56,7 +56,7 @@ inline int all_cores() {
 }
 
 inline int written() {
-  return std::fflush(stdout) == 0 ? 0 : bad_input("standard output can't be written");
+  return std::fflush(stdout) == 0 ? 0 : bad_input("standard output cannot be written");
 }
 
 inline void show_progress(const char* what, double share) {

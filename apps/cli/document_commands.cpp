@@ -55,8 +55,8 @@ void DocumentCommands::add_threads(CLI::App& command) {
 
 void DocumentCommands::add_replay(CLI::App& app) {
   replay_ = app.add_subcommand("replay",
-                               "Carve a document's strokes again: bit for bit, at another pitch, "
-                               "or with another force model");
+                               "Carve a document's strokes again: with identical results, at "
+                               "another pitch, or with another force model");
   add_file(*replay_);
   add_to(*replay_);
   replay_->add_option("--pitch", pitch_, "carve the same strokes at another pitch")
@@ -96,7 +96,7 @@ void DocumentCommands::add_history(CLI::App& app) {
   history_->add_option("--at", at_, "with --name: a version's name or a step's number")
       ->type_name("VERSION|STEP")
       ->needs("--name");
-  history_->add_option("--copy", copy_, "write the whole history, packed, into a new document")
+  history_->add_option("--copy", copy_, "write the whole history into a new, compacted document")
       ->type_name("FILE.kibori");
   history_
       ->add_option("--salvage", salvage_,
@@ -106,8 +106,8 @@ void DocumentCommands::add_history(CLI::App& app) {
 }
 
 void DocumentCommands::add_bodies(CLI::App& app) {
-  bodies_ =
-      app.add_subcommand("bodies", "List the bodies of a document: volume, bounds, closed or not");
+  bodies_ = app.add_subcommand(
+      "bodies", "List the bodies of a document: volume, bounds, and whether the surface is closed");
   add_file(*bodies_);
   add_to(*bodies_);
   bodies_

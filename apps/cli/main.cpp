@@ -69,7 +69,7 @@ struct PictureArguments {
 void add_picture_options(CLI::App* command, PictureArguments& arguments) {
   command
       ->add_option("--view", arguments.view,
-                   "iso, front, back, left, right, top, bottom, or a direction X,Y,Z to look in")
+                   "iso, front, back, left, right, top, bottom, or a viewing direction X,Y,Z")
       ->capture_default_str();
   command->add_option("--size", arguments.size, "width and height of the picture in pixels")
       ->type_name("WxH")
@@ -86,9 +86,8 @@ void add_picture_options(CLI::App* command, PictureArguments& arguments) {
       ->check(CLI::IsMember({"wood", "plain"}))
       ->capture_default_str();
   command
-      ->add_option(
-          "--samples", arguments.samples,
-          "paths per pixel at edges; elsewhere an eighth of them, and the light is smoothed")
+      ->add_option("--samples", arguments.samples,
+                   "paths per pixel at edges; other pixels use an eighth of them and are smoothed")
       ->check(CLI::Range(1, 65536))
       ->capture_default_str();
 }
@@ -198,7 +197,7 @@ kibori::Status check_exports(const ExportArguments& arguments) {
   while (!std::filesystem::exists(there, error) && there.has_relative_path())
     there = there.parent_path();
   if (access(there.c_str(), W_OK) != 0)
-    return Error{arguments.layers + ": the folder can't be written to; name another one"};
+    return Error{arguments.layers + ": the folder is not writable; name another one"};
   return Ok{};
 }
 
@@ -294,7 +293,7 @@ void add_carve(CLI::App& app, CarveArguments& arguments) {
       ->check(CLI::Range(1, 256))
       ->capture_default_str();
   command->add_flag("--force", arguments.force,
-                    "accept a mesh as stock even if most rays find it open");
+                    "accept a mesh as stock even if it is open along most rays");
   command->footer(scene_in_short());
 }
 
@@ -424,7 +423,7 @@ CLI::App* add_convert(CLI::App& app, ConvertArguments& arguments) {
                    "threads to work with; the result does not depend on it")
       ->check(CLI::Range(1, 256))
       ->capture_default_str();
-  command->add_flag("--force", arguments.force, "accept a mesh even if most rays find it open");
+  command->add_flag("--force", arguments.force, "accept a mesh even if it is open along most rays");
   return command;
 }
 
@@ -496,7 +495,7 @@ CLI::App* add_info(CLI::App& app, InfoArguments& arguments) {
       ->capture_default_str();
   command
       ->add_option("--overhang", arguments.overhang,
-                   "report faces that look down and lean from vertical by more than this")
+                   "report downward faces that lean from the vertical by more than this")
       ->type_name("DEG")
       ->check(CLI::Range(0.0, 90.0))
       ->capture_default_str();
@@ -545,12 +544,12 @@ struct CompareArguments {
 
 CLI::App* add_compare(CLI::App& app, CompareArguments& arguments) {
   CLI::App* const command = app.add_subcommand(
-      "compare", "Distance between two meshes, both ways: largest and root mean square");
+      "compare", "Distance between two meshes in both directions: maximum and root mean square");
   command->add_option("A", arguments.a, mesh_or_document())->required();
   command->add_option("B", arguments.b, mesh_or_document())->required();
   command
       ->add_option("--samples", arguments.samples,
-                   "points spread over each surface, in addition to its vertices")
+                   "number of points on each surface, in addition to its vertices")
       ->check(CLI::Range(int64_t{1}, int64_t{1000000000}))
       ->capture_default_str();
   command->add_option("--threads", arguments.threads, "threads to work with")
@@ -638,14 +637,14 @@ constexpr rlim_t kMinStackBytes = rlim_t{1} << 20;
     if (const std::exception_ptr thrown = std::current_exception()) std::rethrow_exception(thrown);
   } catch (const std::bad_alloc&) {
     reason =
-        "out of memory; an open document holds everything until now. Use a coarser pitch or a "
+        "out of memory; an open document contains everything so far. Use a coarser pitch or a "
         "smaller stock";
   } catch (const std::system_error&) {
     reason =
-        "the system allows no more threads; an open document holds everything until now. Raise the "
+        "the system allows no more threads; an open document contains everything so far. Raise the "
         "limit with 'ulimit -u'";
   } catch (...) {
-    // Keep the general text.
+    // The general message stays.
   }
   std::fprintf(stderr, "kibori: stopped: %s\n", reason);
   std::_Exit(2);
@@ -689,7 +688,7 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    // For --help and --version.
+    // --help and --version also end here.
     if (error.get_exit_code() == 0) return app.exit(error, std::cout, std::cerr);
     return bad_input(std::string(error.what()) + "; see 'kibori --help'");
   }

@@ -29,7 +29,7 @@ namespace {
 
 // Exit status of --strict if there is a collision.
 constexpr int kCollided = 3;
-// Default pitch: the longest side of the stock by this.
+// Default pitch: the longest side of the stock divided by this.
 constexpr double kDefaultCells = 256;
 
 const char* const kFooter =
@@ -78,26 +78,28 @@ MillCommand::MillCommand(CLI::App& app) {
       ->type_name("BLOCK|FILE");
   command_->add_option("--tools", tools_, "tool table: .tbl of LinuxCNC, .camotics or .toml")
       ->type_name("FILE");
-  command_->add_option("--tool", tool_, "number of the tool in the spindle at the start")
+  command_->add_option("--tool", tool_, "number of the tool that is in the spindle at the start")
       ->check(CLI::Range(1, 99999));
   command_->add_option("--machine", machine_, "machine file: rotary axes, rapid speeds, offsets")
       ->type_name("FILE.toml");
   command_
       ->add_option("--pitch", pitch_,
-                   "size of a cell; by default the stock's longest side by 256, or the job's "
-                   "resolution")
+                   "size of a cell; default: the job's resolution, or the stock's longest side "
+                   "divided by 256")
       ->type_name("MM")
       ->check(kPositive);
-  command_->add_option("--material", material_, "of the stock, for forces and pictures")
+  command_->add_option("--material", material_, "material of the stock, for forces and pictures")
       ->check(CLI::IsMember(machining_materials()))
       ->capture_default_str();
   command_
-      ->add_option("--mesh", mesh_, "write the surface of what is left, closed and manifold, in mm")
+      ->add_option("--mesh", mesh_,
+                   "write the surface of the remaining material, closed and manifold, in mm")
       ->type_name("FILE" + list_of(kMeshesWritten, "|"));
-  command_->add_option("--picture", picture_, "draw what is left, ray traced")
+  command_->add_option("--picture", picture_, "draw the remaining material, ray traced")
       ->type_name("FILE.png");
   command_
-      ->add_option("--view", view_, "of the picture: iso, front, back, left, right, top, bottom")
+      ->add_option("--view", view_,
+                   "view of the picture: iso, front, back, left, right, top, bottom")
       ->check(CLI::IsMember({"iso", "front", "back", "left", "right", "top", "bottom"}))
       ->capture_default_str();
   command_
@@ -106,8 +108,8 @@ MillCommand::MillCommand(CLI::App& app) {
   command_->add_option("-o,--output", document_, "write a document with the result")
       ->type_name("FILE.kibori");
   command_->add_flag("--z-only", z_only_,
-                     "edit the z field only: faster, for volumes and collisions of three axes; "
-                     "writes no mesh");
+                     "edit the z field only: faster, for volumes and collisions with three axes; "
+                     "no mesh can be written");
   command_->add_flag("--strict", strict_, "exit with status 3 if anything collides");
   command_->add_flag("--json", json_, "summary as JSON on standard output");
   command_
@@ -117,7 +119,7 @@ MillCommand::MillCommand(CLI::App& app) {
   command_->footer(kFooter);
 }
 
-// Reads the programs and what a job of CAMotics brings.
+// Reads the programs, and the stock, tools and resolution of a CAMotics job.
 Status MillCommand::read_programs(Job& job) const {
   for (const std::string& name : programs_) {
     if (ending_of(name) != ".camotics") {
@@ -127,10 +129,10 @@ Status MillCommand::read_programs(Job& job) const {
     Result<MillProject> project = read_camotics(name);
     if (!project) return Error{project.error()};
     MillProject& read = project.value();
-    if (read.programs.empty()) return Error{name + ": names no program in 'files'; name one"};
+    if (read.programs.empty()) return Error{name + ": 'files' has no program; add one"};
     job.programs.insert(job.programs.end(), read.programs.begin(), read.programs.end());
     if (!job.options.tools.tools.empty())
-      return Error{name + ": a second job; give one .camotics file and name programs"};
+      return Error{name + ": is a second job; give one .camotics file, and name further programs"};
     job.options.tools = std::move(read.tools);
     if (read.workpiece_mm) job.stock = *read.workpiece_mm;
     job.pitch_mm = read.pitch_mm;
@@ -158,7 +160,7 @@ Status MillCommand::prepare(Job& job) const {
       job.stock = std::filesystem::path(stock_);
   }
   if (!job.stock)
-    return Error{"no stock; give its corners, as in --stock 0,0,-20,80,80,0, or a file"};
+    return Error{"there is no stock; give its corners, as in --stock 0,0,-20,80,80,0, or a file"};
   if (const Box* const box = std::get_if<Box>(&*job.stock); box && !(box->size().array() > 0).all())
     return Error{"--stock must be its lower corner and then its upper one: X0,Y0,Z0,X1,Y1,Z1"};
   job.options.material = *machining_material(material_);
@@ -184,7 +186,7 @@ Status MillCommand::check_outputs(const Job& job) const {
   outputs.writes("--lines", lines_);
   if (const Status can = outputs.check(); !can) return can;
   if (z_only_ && !(mesh_.empty() && picture_.empty() && document_.empty()))
-    return Error{"--z-only makes no surface; leave it out to write a mesh, picture or document"};
+    return Error{"--z-only computes no surface; omit it to write a mesh, picture or document"};
   if (!mesh_.empty())
     if (const Status known = check_surface_ending(mesh_); !known) return known;
   if (!document_.empty() && !is_document(document_))

@@ -62,25 +62,26 @@ Status Outputs::check() const {
     for (const fs::path& in : inputs_)
       if (same_file(in, out.path))
         return Error{name + ": is read by this command, so " + out.option +
-                     " can't write it; name another file"};
+                     " cannot write it; name another file"};
     if (!out.files_end.empty()) {
       for (const Output& file : outputs_)
         if (file.files_end.empty() &&
             (same_file(file.path, out.path) ||
              (ending_of(file.path) == out.files_end &&
               same_file(fs::absolute(file.path, error).parent_path(), out.path))))
-          return Error{file.path.string() + ": " + out.option + " writes files there, too; give " +
-                       file.option + " another folder"};
+          return Error{file.path.string() + ": " + out.option +
+                       " writes its files into the same folder; give " + file.option +
+                       " another folder"};
       continue;
     }
     for (size_t k = 0; k < i; k++)
       if (same_file(outputs_[k].path, out.path) && !fs::is_character_file(out.path, error))
-        return Error{name + ": is named by " + outputs_[k].option + " and by " + out.option +
-                     "; give each a file of its own"};
+        return Error{name + ": is named by both " + outputs_[k].option + " and " + out.option +
+                     "; give each its own file"};
     if (!out.document &&
         (is_document(name) || belongs_to_document(out.path) || holds_document(out.path)))
       return Error{name + ": is a Kibori document, or has the name of one; " + out.option +
-                   " can't overwrite it, name another file"};
+                   " cannot overwrite it; name another file"};
     if (Status can = check_writable(out.path); !can) return can;
   }
   return Ok{};

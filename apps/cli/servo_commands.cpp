@@ -131,7 +131,7 @@ int ServoCommands::run_servo() const {
       publisher->flush();
     };
   }
-  // Ctrl-C ends the run in order. No force stays on, and a recording is kept.
+  // Ctrl-C ends the run cleanly: the force is switched off, and the recording is saved.
   std::signal(SIGINT, [](int) { interrupted = 1; });
   std::signal(SIGTERM, [](int) { interrupted = 1; });
   std::signal(SIGHUP, [](int) { interrupted = 1; });

@@ -111,9 +111,9 @@ void catch_interrupts() {
 StudioCommand::StudioCommand(CLI::App& app) {
   studio_ =
       app.add_subcommand("studio", "Carve by hand in the browser and see the force on the tool");
-  studio_->add_option("FILE", file_,
-                      "document: .kibori; created if it does not exist. Without it, the page asks "
-                      "what to begin with");
+  studio_->add_option(
+      "FILE", file_,
+      "document: .kibori; created if it does not exist. Without it, the start page opens");
   studio_->add_option("--stock", stock_, "scene that gives a new document its stock and materials")
       ->type_name("SCENE.toml");
   studio_->add_option("--port", port_, "port on 127.0.0.1; 0: any free port")
@@ -124,7 +124,7 @@ StudioCommand::StudioCommand(CLI::App& app) {
   studio_->add_option("--second", second_,
                       "with --device: device that holds the second tool; default: the pointer");
   studio_->add_flag("--read-only", read_only_,
-                    "show the document and its history and change nothing; if another process "
+                    "show the document and its history without changing them; if another process "
                     "writes it, show its state at the start");
   studio_
       ->add_flag(
@@ -143,8 +143,7 @@ Status StudioCommand::check() const {
     return Error{file_ +
                  ": is not a document's name; name a .kibori file, or give a scene with --stock"};
   if (read_only_ && (!stock_.empty() || !device_.empty() || !second_.empty() || !publish_.empty()))
-    return Error{
-        "--read-only changes nothing; leave out --stock, --device, --second and --publish"};
+    return Error{"--read-only changes nothing; omit --stock, --device, --second and --publish"};
   if (!device_.empty() && device_ != "virtual")
     if (const auto device = open_device(device_); !device) return Error{device.error()};
   if (!second_.empty() && device_.empty())
@@ -182,7 +181,7 @@ int StudioCommand::run() const {
   catch_interrupts();
   SessionOptions how{read_only_, device_};
   how.second = second_;
-  Changes changes(file_);  // taken before the file is read
+  Changes changes(file_);  // stored before the file is read
   Result<std::unique_ptr<Session>> opened = first_session(library.value(), how);
   if (!opened) return bad_input(opened.error());
   std::unique_ptr<Session> session = std::move(opened).value();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// kibori-import FILE: parses a mesh or a labelled volume outside of the session, so that a hostile
-// file costs one message at most. It passes the result to the program that started it
+// kibori-import FILE: parses a mesh or a labelled volume in a separate process. A hostile file can
+// only cause an error message. It passes the result to the program that started it
 // (formats/import_helper.h). A
 // bad file gives one sentence and exit status 2. Users do not call it.
 #include <algorithm>
@@ -52,8 +52,7 @@ int import_mesh(const std::vector<char>& bytes, const std::filesystem::path& pat
   const Result<TriangleMesh> mesh = parse(bytes, path, notes);
   if (!mesh) return fail(mesh.error());
   if (mesh.value().triangles.size() > kMaxImportTriangles)
-    return fail(path.string() +
-                ": holds more triangles than can be read (100 million); export fewer");
+    return fail(path.string() + ": has more than 100 million triangles; export fewer");
   return send_mesh(mesh.value(), notes) ? 0 : fail(path.string() + ": no memory for its triangles");
 }
 
@@ -72,7 +71,7 @@ int import_volume(const std::vector<char>& bytes, const std::filesystem::path& p
   if (!volume) return fail(volume.error());
   const std::vector<uint16_t>& values = volume.value().values;
   if (std::all_of(values.begin(), values.end(), [](uint16_t label) { return label == 0; }))
-    return fail(path.string() + ": holds nothing but air");
+    return fail(path.string() + ": contains only air");
   return send_volume(volume.value()) ? 0 : fail(path.string() + ": no memory for its voxels");
 }
 
@@ -82,16 +81,16 @@ int main(int argc, char** argv) {
   if (argc != 2) return fail("kibori-import: is called by kibori, with one file");
   const std::filesystem::path path = argv[1];
   try {
-    if (!limit_helper(path)) return fail(path.string() + ": the importer can't limit itself");
+    if (!limit_helper(path))
+      return fail(path.string() + ": the importer cannot limit its own memory and time");
     const Result<std::vector<char>> bytes = read_file(path);
     if (!bytes) return fail(bytes.error());
     return is_volume(path) ? import_volume(bytes.value(), path) : import_mesh(bytes.value(), path);
   } catch (const std::bad_alloc&) {
     return fail(path.string() +
-                ": takes more memory to read than a file of its size may; export fewer triangles, "
+                ": needs more memory than allowed for a file of its size; export fewer triangles, "
                 "copies or voxels");
   } catch (const std::exception& error) {
-    return fail(path.string() + ": can't be read: " + error.what() +
-                "; report this fault of Kibori");
+    return fail(path.string() + ": can't be read: " + error.what() + "; please report this bug");
   }
 }

@@ -87,7 +87,7 @@ struct Publisher::State {
   std::vector<std::unique_ptr<TopicWriter>> topics;
   std::string where;
   std::vector<TickRow> rows;
-  std::vector<LiveTick> ticks;  // for the topics
+  std::vector<LiveTick> ticks;  // queue of the topics
 };
 
 Publisher::Publisher(std::unique_ptr<State> state) : state_(std::move(state)) {}

@@ -26,7 +26,7 @@ class Publisher {
 
   // A sentence that says where to read the ticks.
   std::string where() const;
-  // Describes the ticks from now on.
+  // Sets the description of the following ticks.
   void about(const Published& published);
   // add() and flush() never wait for readers. Call both on one thread.
   void add(const LiveTick& tick);

@@ -236,7 +236,7 @@ TickServer::~TickServer() {
 }
 
 Result<std::unique_ptr<TickServer>> TickServer::listen(const std::string& address) {
-  const std::string wrong = "can't publish at '" + address + "'";
+  const std::string wrong = "cannot publish at '" + address + "'";
   const size_t colon = address.rfind(':');
   if (colon == address.npos || colon == 0)
     return Error{wrong + ": write HOST:PORT, like 127.0.0.1:7070"};

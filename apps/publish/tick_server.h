@@ -26,7 +26,7 @@ class TickServer {
 
   // The address it listens on: HOST:PORT.
   const std::string& address() const;
-  // Describes the rows from now on. `json` comes from about_rows().
+  // Sets the description of the following rows. `json` comes from about_rows().
   void about(std::string json);
   void publish(std::span<const TickRow> rows);
 

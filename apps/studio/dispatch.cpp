@@ -33,8 +33,9 @@ bool is_png(const Bytes& bytes) {
 
 Result<Tool> stamp_of(const ChooseStamp& m, double pitch_mm) {
   if (m.what == 0) {
-    // A family only: a page must not name files here.
-    if (m.font.find('/') != std::string::npos) return Error{"a font is named by its family"};
+    // Accepts only a family: a page must not name files here.
+    if (m.font.find('/') != std::string::npos)
+      return Error{"the font must be the name of a family, not a file"};
     return text_stamp({m.text, m.font, m.size, m.depth, 0}, pitch_mm);
   }
   // Stores the upload in a file for the readers.
@@ -42,8 +43,9 @@ Result<Tool> stamp_of(const ChooseStamp& m, double pitch_mm) {
   if (!folder) return Error{folder.error()};
   const std::string ending = ending_of(m.name);
   if (m.what == 1 ? ending != ".png" : !is_one_of(kMeshesRead, ending))
-    return Error{m.what == 1 ? "a picture must be a PNG file"
-                             : "a mesh must be a file of " + list_of(kMeshesRead, ", ", " or ")};
+    return Error{m.what == 1
+                     ? "a picture must be a PNG file"
+                     : "a mesh must be a file of type " + list_of(kMeshesRead, ", ", " or ")};
   const std::filesystem::path path = folder.value()->path() / ("stamp" + ending);
   NewFile file(path);
   file.write(m.data.data(), m.data.size());
@@ -69,7 +71,7 @@ struct Dispatch {
   WebSocketClient& page;
 
   // Messages of any page.
-  void operator()(const Hello&) const {}  // a second one changes nothing
+  void operator()(const Hello&) const {}  // a second Hello has no effect
   void operator()(const Got& m) const { page.got(m.frame); }
   void operator()(const TakeTool&) const { server.hold(&page); }
   void operator()(const AskMethod& m) const {
@@ -176,7 +178,7 @@ struct Dispatch {
       guide.every_mm = m.every;
       guide.closed = m.closed != 0;
       constexpr size_t kPoint = 3 * sizeof(double);
-      if (m.curve.size() % kPoint != 0) return Error{"a guide's curve is cut short"};
+      if (m.curve.size() % kPoint != 0) return Error{"the curve of the guide is incomplete"};
       guide.curve_mm.resize(m.curve.size() / kPoint);
       for (size_t i = 0; i < guide.curve_mm.size(); i++)
         std::memcpy(guide.curve_mm[i].data(), m.curve.data() + i * kPoint, kPoint);
@@ -301,7 +303,7 @@ struct Dispatch {
   void choose(F&& f) const {
     if (!server.session) return;
     LiveSession* const live = server.live();
-    respond(live ? f(*live) : Error{"this is only looked at"});
+    respond(live ? f(*live) : Error{"the document is open read-only"});
   }
 };
 

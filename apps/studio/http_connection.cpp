@@ -207,13 +207,14 @@ void HttpConnection::read() {
   parser_->body_limit(server_.limits.import_bytes);
   stream_.expires_after(std::chrono::duration_cast<Clock::duration>(
       std::chrono::duration<double>(server_.limits.header_s)));
-  http::async_read_header(
-      stream_, buffer_, *parser_, [self = shared_from_this()](beast::error_code failed, size_t) {
-        if (failed == http::error::body_limit)
-          return self->respond(Status::payload_too_large, "that is larger than is taken\n");
-        if (failed) return self->close();
-        self->answer();
-      });
+  http::async_read_header(stream_, buffer_, *parser_,
+                          [self = shared_from_this()](beast::error_code failed, size_t) {
+                            if (failed == http::error::body_limit)
+                              return self->respond(Status::payload_too_large,
+                                                   "the file exceeds the upload limit of 1 GB\n");
+                            if (failed) return self->close();
+                            self->answer();
+                          });
 }
 
 void HttpConnection::answer() {
@@ -224,27 +225,30 @@ void HttpConnection::answer() {
   const std::string_view target = target_, host = view(request[http::field::host]);
   // Refuse other host names that resolve to this machine (DNS rebinding).
   if (request.count(http::field::host) != 1 || (host != server_.host && host != server_.local_host))
-    return respond(Status::misdirected_request, "this is not the server that was asked for\n");
+    return respond(
+        Status::misdirected_request,
+        "the request is for another host name; open the address that 'kibori studio' printed\n");
   const std::string_view origin = view(request[http::field::origin]);
   const bool own = origin.substr(0, 7) == "http://" && origin.substr(7) == host;
   if (request.count(http::field::origin) != 0 && !own)
-    return respond(Status::forbidden, "asked for by another site\n");
+    return respond(Status::forbidden, "requests from other sites are refused\n");
   const http::verb method = request.method();
   const bool import = path_of(target) == "/import" && method == http::verb::post;
   const bool change = import || (path_of(target) == "/import" && method == http::verb::delete_) ||
                       (path_of(target) == "/make" && method == http::verb::post);
   const bool enter = path_of(target) == "/enter" && method == http::verb::post;
   if (method != http::verb::get && !change && !enter)
-    return respond(Status::method_not_allowed, "only GET, but for /enter, /import and /make\n");
-  if (body && !import) return respond(Status::bad_request, "nothing can be sent to this address\n");
+    return respond(Status::method_not_allowed, "this address accepts only GET\n");
+  if (body && !import) return respond(Status::bad_request, "this address accepts no content\n");
   // Other servers on this machine count as the same site. Refuse them too.
   const std::string_view from = view(request["Sec-Fetch-Site"]);
   if (path_of(target) != "/" && !from.empty() && from != "same-origin" && from != "none")
-    return respond(Status::forbidden, "asked for by another site\n");
-  if (enter) return own ? admit() : respond(Status::forbidden, "asked for by another site\n");
+    return respond(Status::forbidden, "requests from other sites are refused\n");
+  if (enter)
+    return own ? admit() : respond(Status::forbidden, "requests from other sites are refused\n");
   if (target == "/ws") {
     if (!websocket::is_upgrade(request)) return respond(Status::upgrade_required, "a WebSocket\n");
-    if (!own) return respond(Status::forbidden, "asked for by another site\n");
+    if (!own) return respond(Status::forbidden, "requests from other sites are refused\n");
     stream_.expires_never();
     accept_websocket(std::move(stream_), request, server_, std::move(guest_));
     return;
@@ -259,8 +263,9 @@ void HttpConnection::answer() {
     return respond(Status::forbidden,
                    "open the address that 'kibori studio' printed, with its token\n");
   if (!guest_->welcome())
-    return respond(Status::service_unavailable, "too many windows are open at once; close some\n");
-  if (change && !own) return respond(Status::forbidden, "asked for by another site\n");
+    return respond(Status::service_unavailable,
+                   "too many windows of the studio are open; close some\n");
+  if (change && !own) return respond(Status::forbidden, "requests from other sites are refused\n");
   if (import) return take_import();
   if (change) return method == http::verb::delete_ ? drop_import() : make_import();
   if (path_of(target) == "/import") return send_preview();
@@ -276,7 +281,7 @@ void HttpConnection::admit() {
   if (key.empty())
     return respond(
         Status::forbidden,
-        "that address does not open the studio any more; use the last one that it printed\n");
+        "this address is no longer valid; open the newest address that the studio printed\n");
   respond(Status::ok, key);
 }
 
@@ -287,12 +292,11 @@ void HttpConnection::take_import() {
   name_ = query(target_, "name");
   const std::string ending = ending_of(name_);
   if (parser_->chunked())
-    return respond(Status::length_required, "say how many bytes come: Content-Length\n");
+    return respond(Status::length_required, "the header Content-Length is missing\n");
   if (!is_import(ending) || (server_.session && !is_one_of(kMeshesRead, ending)))
-    return respond(Status::unsupported_media_type, "that can't be carved; bring a mesh (" +
-                                                       list_of(kMeshesRead) +
-                                                       "), a picture (.png), a labelled volume "
-                                                       "(.nrrd) or a .kibori\n");
+    return respond(Status::unsupported_media_type,
+                   "a file of this type can't be carved; choose a mesh (" + list_of(kMeshesRead) +
+                       "), a picture (.png), a labelled volume (.nrrd) or a document (.kibori)\n");
   server_.imports.drop(page);
   room_ = server_.imports.room(parser_->content_length().value_or(0));
   if (!room_)
@@ -307,12 +311,13 @@ void HttpConnection::take_import() {
   import_->get().body().open((folder_->path() / ("import" + ending)).c_str(),
                              beast::file_mode::write, failed);
   if (failed)
-    return respond(Status::insufficient_storage, "the temporary folder can't be written\n");
+    return respond(Status::insufficient_storage, "the temporary folder is not writable\n");
   stream_.expires_after(kTransfer);
   http::async_read(
       stream_, buffer_, *import_, [self = shared_from_this()](beast::error_code stopped, size_t) {
         if (stopped == http::error::body_limit)
-          return self->respond(Status::payload_too_large, "that is larger than is taken\n");
+          return self->respond(Status::payload_too_large,
+                               "the file exceeds the upload limit of 1 GB\n");
         if (stopped == beast::errc::no_space_on_device)
           return self->respond(Status::insufficient_storage, "the temporary folder is full\n");
         if (stopped) return self->close();
@@ -393,7 +398,7 @@ const Import* HttpConnection::waiting() {
   const WebSocketClient* const page = server_.page_of(query(target_, "page"));
   const Import* const import =
       page ? server_.imports.find(page, query(target_, "import")) : nullptr;
-  if (!import) respond(Status::not_found, "that file is not here any more; choose it again\n");
+  if (!import) respond(Status::not_found, "the studio no longer has this file; choose it again\n");
   return import;
 }
 
@@ -436,7 +441,7 @@ void HttpConnection::make_import() {
   const auto labels = labels_of(query(target_, "labels"));
   if (!labels)
     return respond(Status::bad_request,
-                   "labels must say which material each is of, as 1:4,2:0 does\n");
+                   "labels must give the material of each label, as in 1:4,2:0\n");
   const FileStock how{*size,   *rays, static_cast<size_t>(*material),  {*up, *front},
                       *height, *base, query(target_, "invert") == "1", *labels};
   const std::string called = query(target_, "name"), name = import->name;
@@ -503,7 +508,7 @@ void HttpConnection::send_export() {
   if (!server_.session) return respond(Status::conflict, "no document is open\n");
   if (server_.job.busy()) return respond(Status::conflict, "another job is running; wait for it\n");
   if (!(tolerance >= 0 && tolerance <= 1000))
-    return respond(Status::bad_request, "the tolerance can't be that\n");
+    return respond(Status::bad_request, "the tolerance must be 0 to 1000 mm\n");
   const auto made = TemporaryFolder::make();
   if (!made) return respond(Status::insufficient_storage, made.error() + "\n");
   const auto& folder = made.value();
@@ -552,7 +557,7 @@ void HttpConnection::send_export() {
       return write_layers_zip(path, model, {});
     };
   } else {
-    return respond(Status::bad_request, "there is no such format\n");
+    return respond(Status::bad_request, "this format is not supported\n");
   }
   server_.work("Writing " + format,
                [bodies = server_.session->bodies(), model = server_.session->snapshot(), make,
@@ -579,7 +584,7 @@ void HttpConnection::send_thumbnail() {
 // Sends the last applied spline, so that the page can edit it.
 void HttpConnection::send_spline() {
   LiveSession* const live = server_.live();
-  if (!live) return respond(Status::conflict, "no document is carved\n");
+  if (!live) return respond(Status::conflict, "no document is open for carving\n");
   live->last_spline([&io = server_.io, self = shared_from_this()](const std::string& json) {
     asio::post(io, [self, json] {
       if (json.empty())
@@ -594,8 +599,7 @@ void HttpConnection::send_file(const std::filesystem::path& path) {
   file_response_ = {};
   beast::error_code failed;
   file_response_.body().open(path.c_str(), beast::file_mode::scan, failed);
-  if (failed)
-    return respond(Status::internal_server_error, "what was written can't be read again\n");
+  if (failed) return respond(Status::internal_server_error, "the written file cannot be read\n");
   file_response_.result(Status::ok);
   file_response_.set(http::field::content_type, "application/octet-stream");
   stream_.expires_after(kTransfer);

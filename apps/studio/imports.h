@@ -29,7 +29,7 @@ struct Import {
   std::string id;
   std::string name;  // the file's name on the user's computer
   std::shared_ptr<TemporaryFolder> folder;
-  uint64_t bytes = 0;            // of the file
+  uint64_t bytes = 0;            // size of the file
   std::vector<uint8_t> preview;  // see import_preview
   std::chrono::steady_clock::time_point since{};
 
@@ -56,7 +56,7 @@ class Imports {
  private:
   const uint64_t max_bytes_;
   std::map<const WebSocketClient*, Import> files_;
-  uint64_t uploading_bytes_ = 0;  // of uploads in progress
+  uint64_t uploading_bytes_ = 0;  // bytes of uploads in progress
 };
 
 }  // namespace kibori::studio

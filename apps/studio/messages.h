@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Made by tools/make_protocol.py from protocol/messages.json: change that.
+// Made by tools/make_protocol.py from protocol/messages.json; edit that file.
 #pragma once
 
 #include <cstdint>
@@ -948,7 +948,7 @@ struct PublishedTicks {
   }
 };
 
-// What a page may say.
+// The messages that a page may send.
 using FromPage = std::variant<Hello, Aim, Press, Lift, Cancel, Undo, Redo, ChooseTool, ChooseHand, Got, TakeTool, Begin, Open, Leave, Go, NameVersion, KeepThumbnail, ChooseMaterial, ChooseModel, CancelWork, CarveExample, ChooseSymmetry, ChooseWork, Arm, BringTool, ChooseReach, RunExperiment, ChooseTurn, Strike, ChooseBrush, AskMethod, ActOnBodies, ChooseBody, ChooseCrumbs, ShowRemains, PreviewAction, ReviseStep, ChooseSecond, PressSecond, AimSecond, LiftSecond, ChooseGuide, AskMass, ChooseStamp, AskFonts, ShowFaults>;
 
 }  // namespace kibori::studio

@@ -7,7 +7,7 @@ namespace kibori::studio {
 namespace {
 
 constexpr auto kAnswerEvery = std::chrono::milliseconds(33);
-// A page that has not asked for this time has stopped looking.
+// A page that has not asked for this time no longer shows the method.
 constexpr auto kForgotten = std::chrono::seconds(2);
 
 template <class T>
@@ -61,7 +61,7 @@ std::optional<Method> MethodView::answer(const Snapshot& snapshot, Clock::time_p
       put(reply.spans, span.out);
     }
   }
-  // Points that an undo removes did not vanish in a tick.
+  // Points that an undo removes did not vanish in a tick, so they are not listed.
   const bool took = std::exchange(took_, taken_ != 0);
   if ((took || took_) && before_ && before_->of_same_model(snapshot)) {
     const VanishedNodes gone = vanished_in(finer(box), *before_, snapshot);

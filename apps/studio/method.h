@@ -21,7 +21,7 @@ class MethodView {
     question_ = question;
     requested_at_ = now;
   }
-  // Whether the page looks at the method now.
+  // Whether the page currently shows the method.
   bool watching() const { return requested_at_ != Clock::time_point{}; }
   // Takes a servo tick. `wood` converts the device's force to the wood's force (1: no device holds
   // the tool).
@@ -34,12 +34,12 @@ class MethodView {
  private:
   std::optional<AskMethod> question_;
   Clock::time_point requested_at_{}, answered_at_{};
-  std::optional<Snapshot> before_;  // at the last answer
-  std::optional<Vec3> tip_;         // at the last tick
-  uint32_t ticks_ = 0;              // since the last answer
+  std::optional<Snapshot> before_;  // model at the last answer
+  std::optional<Vec3> tip_;         // position at the last tick
+  uint32_t ticks_ = 0;              // ticks since the last answer
   int64_t taken_ = 0;
-  bool took_ = false;  // before the last answer; a snapshot arrives after its ticks
-  LiveTick newest_;    // the last one that removed or added points
+  bool took_ = false;  // points vanished before the last answer; snapshots follow their ticks
+  LiveTick newest_;    // the last tick that removed or added points
   Vec3 motion_ = Vec3::Zero(), force_ = Vec3::Zero();
 };
 

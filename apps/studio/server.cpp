@@ -173,7 +173,7 @@ void Server::State::begin(WebSocketClient& page, const Begin& begin) {
   const StockShape shapes[] = {StockBlock{size}, StockCylinder{size.x(), size.z()},
                                StockSphere{size.x()}};
   if (begin.shape >= std::size(shapes))
-    return page.notify("there is no such stock; reload the page");
+    return page.notify("this stock is unknown; reload the page");
   Result<Scene> scene = stock_scene(shapes[begin.shape], begin.pitch, begin.material);
   if (!scene) return page.notify(scene.error());
   const Result<std::filesystem::path> place = library.place_for(begin.name);
@@ -216,7 +216,7 @@ void Server::State::carve_example(WebSocketClient& page, const std::string& name
     if (!opened) page.notify(opened.error());
     return;
   }
-  page.notify("there is no such example; reload the page");
+  page.notify("this example is unknown; reload the page");
 }
 
 void Server::State::run_experiment(WebSocketClient& page, const RunExperiment& run) {
@@ -226,12 +226,12 @@ void Server::State::run_experiment(WebSocketClient& page, const RunExperiment& r
   const double longest = size_mm(s.stock.shape).maxCoeff(),
                room = s.stock.room_mm.value_or(0.1 * longest);
   if (!((longest + 2 * room) / s.stock.pitch_mm <= 1.25 * kMaxRays))
-    return page.notify("this scene is too fine to be shown: its longest side may have " +
-                       std::to_string(static_cast<int>(kMaxRays)) +
-                       " rays; use a coarser pitch or less room");
+    return page.notify(
+        "the studio cannot show a scene this fine: its longest side may have at most " +
+        std::to_string(static_cast<int>(kMaxRays)) + " rays; use a coarser pitch or less room");
   if (!run.model.empty()) {
     const std::optional<ForceModel> model = value_of<ForceModel>(run.model);
-    if (!model) return page.notify("there is no such force model; reload the page");
+    if (!model) return page.notify("this force model is unknown; reload the page");
     if (*model == ForceModel::series && !s.force.series()) s.force.spring = spring_of_hand();
     s.force.spring.tick_s = 1 / s.rate_hz;
     s.force.law.model = *model;
@@ -365,19 +365,19 @@ void Server::State::send_ticks() {
   }
   if (pending > kPendingNotice) {
     char text[120];
-    std::snprintf(text, sizeof text,
-                  "%.3g mm³ of pressed clay found no room and is lost. Undo takes back the stroke.",
-                  pending);
+    std::snprintf(
+        text, sizeof text,
+        "There was no room for %.3g mm³ of pressed clay, which is lost. Undo reverts the stroke.",
+        pending);
     notify(text);
   }
   if (parted > 0)
-    notify(parted == 1 ? "A piece came off. It is a body of its own now; Undo puts it back."
+    notify(parted == 1 ? "A piece came off. It is now a separate body; Undo restores it."
                        : std::to_string(parted) +
-                             " pieces came off. They are bodies of their own now; Undo puts them "
-                             "back.");
+                             " pieces came off. They are now separate bodies; Undo restores them.");
   if (fallen > kFallenNotice) {
     char text[120];
-    std::snprintf(text, sizeof text, "%.3g mm³ came loose and fell away. Undo puts it back.",
+    std::snprintf(text, sizeof text, "%.3g mm³ came loose and fell away. Undo restores it.",
                   fallen);
     notify(text);
   }
@@ -499,7 +499,7 @@ Result<std::unique_ptr<Server>> Server::listen(Library library, uint16_t port,
   if (!failed) state->acceptor.bind(here, failed);
   if (!failed) state->acceptor.listen(asio::socket_base::max_listen_connections, failed);
   if (failed)
-    return Error{"can't listen on port " + std::to_string(port) + " (" + failed.message() +
+    return Error{"cannot listen on port " + std::to_string(port) + " (" + failed.message() +
                  "); choose another one with --port"};
   const std::string number = std::to_string(state->acceptor.local_endpoint().port());
   state->host = "127.0.0.1:" + number;

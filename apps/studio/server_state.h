@@ -95,12 +95,12 @@ struct Server::State {
   std::string host, local_host;  // this server's names in a browser
   Door door;
   Imports imports;
-  std::set<WebSocketClient*> pages;  // that have sent Hello
+  std::set<WebSocketClient*> pages;  // pages that have sent Hello
   WebSocketClient* holder = nullptr;
   // Where unsaved work is stored if it is not in its place. The job that saves writes it.
   const std::shared_ptr<std::string> left_unsaved = std::make_shared<std::string>();
   double ticks_sent = 0;
-  std::optional<HandTick> second_tick;  // the newest
+  std::optional<HandTick> second_tick;  // the latest
   bool second_hand_sent = false;        // pages know of a second hand
   std::vector<uint8_t> second_message();
   std::vector<float> tick_rows;          // not sent yet

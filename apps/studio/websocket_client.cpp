@@ -301,7 +301,7 @@ void WebSocketClient::read() {
             return self->refuse(websocket::close_code::policy_error);
           if (!self->guest_->welcome()) return self->refuse(websocket::close_code::try_again_later);
           if (hello->version != kProtocolVersion) {
-            self->notify("this page is of another version of Kibori; reload it");
+            self->notify("this page belongs to another version of Kibori; reload it");
           } else {
             self->greet();
           }

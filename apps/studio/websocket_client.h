@@ -84,7 +84,7 @@ class WebSocketClient : public std::enable_shared_from_this<WebSocketClient> {
   std::string sent_list_;
   std::map<BodyId, Pose> shown_bodies_;  // whose chunks the page has or will get
   uint32_t frame_ = 0, got_ = 0;
-  bool more_ = false;  // the page's last known value
+  bool more_ = false;  // Chunks::more of the last frame that was sent
   size_t sent_steps_ = 0;
   Session::Versions sent_versions_;
   MethodView method_;

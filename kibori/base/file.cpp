@@ -168,7 +168,7 @@ Result<std::shared_ptr<TemporaryFolder>> TemporaryFolder::make() {
   std::error_code error;
   std::string name = (std::filesystem::temp_directory_path(error) / "kibori-XXXXXX").string();
   if (error || !mkdtemp(name.data()))
-    return Error{"the temporary folder can't be written; let TMPDIR name one that can"};
+    return Error{"the temporary folder is not writable; set TMPDIR to a writable folder"};
   return std::shared_ptr<TemporaryFolder>(new TemporaryFolder(name));
 }
 
@@ -235,12 +235,12 @@ Status check_writable(const std::filesystem::path& path) {
   // Devices and pipes are written directly.
   if (std::filesystem::exists(there) && !std::filesystem::is_regular_file(there))
     return access(path.c_str(), W_OK) == 0 ? Status(Ok{})
-                                           : Status(Error{path.string() + ": can't be written to"});
+                                           : Status(Error{path.string() + ": is not writable"});
   const std::filesystem::path folder = place_of(path).parent_path();
   if (!std::filesystem::is_directory(folder, error))
     return Error{path.string() + ": the folder " + folder.string() + " does not exist"};
   if (access(folder.c_str(), W_OK) != 0)
-    return Error{path.string() + ": the folder can't be written to"};
+    return Error{path.string() + ": the folder is not writable"};
   return Ok{};
 }
 

@@ -97,7 +97,7 @@ class TemporaryFolder {
 };
 
 // Reads a whole file. Errors: it does not exist, cannot be read, or has more bytes than `max`. Also
-// if it is no regular file, because a pipe or a device may never end.
+// if it is not a regular file, because a pipe or a device may never end.
 Result<std::vector<char>> read_file(const std::filesystem::path& path,
                                     uint64_t max = uint64_t{1} << 40);
 

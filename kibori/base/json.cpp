@@ -29,7 +29,7 @@ Json parse_json(std::string_view text, std::string* why) {
   Json json(Json::value_t::discarded);
   std::string reason;
   if (too_deep(text)) {
-    reason = "it is more than " + std::to_string(kMaxJsonDepth) + " levels deep";
+    reason = "it has more than " + std::to_string(kMaxJsonDepth) + " levels deep";
   } else {
     try {
       json = Json::parse(text);

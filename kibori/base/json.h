@@ -16,8 +16,8 @@ using Json = nlohmann::json;
 // for each level; 100 000 levels overflow it. What Kibori reads has at most about ten.
 inline constexpr int kMaxJsonDepth = 100;
 
-// Returns a discarded value, which is neither an object nor a list, if the text is no JSON or too
-// deep. `why` then receives the reason.
+// Returns a discarded value, which is neither an object nor a list, if the text is not JSON or is
+// nested too deep. `why` then receives the reason.
 Json parse_json(std::string_view text, std::string* why = nullptr);
 
 }  // namespace kibori

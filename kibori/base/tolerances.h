@@ -32,8 +32,8 @@ inline constexpr double kMaxPieceLength = 4096;
 // 1/100 of a cell.
 inline constexpr double kMaxToolReach = 32768;
 
-// A turn smaller than this [rad] over one tick is no turn. It moves a tool of 8192 cells by less
-// than a float32 depth can resolve.
+// A turn smaller than this [rad] over one tick counts as no turn. It moves a tool of 8192 cells by
+// less than a float32 depth can resolve.
 inline constexpr double kNoTurn = 1e-9;
 
 // A sweep shorter than this [lattice units] has no direction: the tool does not move. This is far

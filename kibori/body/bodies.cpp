@@ -94,8 +94,8 @@ class Acting {
     };
     if (Status s = std::visit(check_and_act, action_.verb); !s) return Error{s.error()};
     if (bodies_.all.size() > kMaxBodies)
-      return Error{"this makes " + std::to_string(bodies_.all.size()) +
-                   " bodies and there can be " + std::to_string(kMaxBodies)};
+      return Error{"this would make " + std::to_string(bodies_.all.size()) +
+                   " bodies, and the limit is " + std::to_string(kMaxBodies)};
     return std::move(change_);
   }
 
@@ -105,10 +105,11 @@ class Acting {
       const Body* body = bodies_.find(id);
       if (!body) return Error{"there is no body " + std::to_string(id)};
       if (std::count(action_.bodies.begin(), action_.bodies.end(), id) > 1)
-        return Error{"body " + quoted(*body) + " is named twice"};
+        return Error{"body " + quoted(*body) + " is listed twice"};
     }
     if (action_.bodies.size() >= rule.fewest) return Ok{};
-    return Error{rule.fewest > 1 ? "this takes two bodies or more" : "name a body"};
+    return Error{rule.fewest > 1 ? "this action needs at least two bodies"
+                                 : "this action needs a body"};
   }
 
   // Checks that the bodies to be changed may be changed.
@@ -122,7 +123,7 @@ class Acting {
         if (rule.places && mask.locked && moves_with(mask, body))
           return Error{"its mask " + quoted(mask) + " is locked; unlock it first"};
       if (body.no_go && !rule.of_no_go)
-        return Error{"body " + quoted(body) + " is no-go; allow cuts in it first"};
+        return Error{"body " + quoted(body) + " is protected; allow cuts in it first"};
     }
     return Ok{};
   }
@@ -140,43 +141,47 @@ class Acting {
   Status check(const BodyMove& verb) const { return check_pose(verb.pose); }
   Status check(const BodySet& verb) const { return check_name(verb.properties); }
   Status check(const BodyAdd& verb) const {
-    if (!action_.bodies.empty()) return Error{"what is added is a body of its own; name none"};
+    if (!action_.bodies.empty())
+      return Error{"an added body is separate; do not name other bodies"};
     if (Status s = check_tool(verb.tool); !s) return s;
-    if (verb.material >= kMaxMaterials) return Error{"there is no such material"};
+    if (verb.material >= kMaxMaterials) return Error{"this material is unknown"};
     if (Status s = check_pose(verb.pose); !s) return s;
     return check_name(verb.properties);
   }
   Status check(const BodySpline& verb) const {
-    if (action_.bodies.size() != 1) return Error{"a spline shapes one body"};
-    if (verb.material >= kMaxMaterials) return Error{"there is no such material"};
+    if (action_.bodies.size() != 1) return Error{"a spline needs exactly one body"};
+    if (verb.material >= kMaxMaterials) return Error{"this material is unknown"};
     return Ok{};
   }
   Status check(const BodyProtect& verb) const {
-    if (action_.bodies.size() > 2) return Error{"a mask is of one body; name that, and the mask"};
-    if (verb.path_mm.empty()) return Error{"say where, and how wide"};
+    if (action_.bodies.size() > 2)
+      return Error{"a mask belongs to one body; name only that body and the mask"};
+    if (verb.path_mm.empty()) return Error{"the path of the mask is missing"};
     if (Status s = check_tool(verb.tool); !s) return s;
     if (verb.path_mm.size() > kMaxPathPoints)
-      return Error{"a way has at most " + std::to_string(kMaxPathPoints) + " places"};
+      return Error{"the path of a mask has at most " + std::to_string(kMaxPathPoints) + " points"};
     for (const Vec3& p : verb.path_mm)
-      if (!(p.norm() < kFarthestMm)) return Error{"a way's place is none, or too far away"};
+      if (!(p.norm() < kFarthestMm))
+        return Error{"a point of a mask's path is not finite, or too far away"};
     const Body& own = *bodies_.find(action_.bodies.front());
-    if (own.no_go) return Error{"body " + quoted(own) + " is no-go itself"};
+    if (own.no_go)
+      return Error{"body " + quoted(own) + " is itself protected, so it needs no mask"};
     if (action_.bodies.size() == 2) {
       const Body& mask = *bodies_.find(action_.bodies[1]);
       if (!mask.no_go || mask.locked || !same_pose(mask.pose, own.pose))
-        return Error{"body " + quoted(mask) + " is no mask of body " + quoted(own)};
+        return Error{"body " + quoted(mask) + " is not a mask of body " + quoted(own)};
     } else if (verb.operation == SplineOperation::cut) {
-      return Error{"name the mask that is to go"};
+      return Error{"name the mask to change"};
     }
     return check_name(verb.properties);
   }
   static Status check_pose(const Pose& pose) {
     if (is_rigid(pose)) return Ok{};
-    return Error{"a body's pose must be a place and three unit axes at right angles"};
+    return Error{"a body's pose must be a position and three unit axes at right angles"};
   }
   static Status check_name(const BodyProperties& properties) {
     if (properties.name && (properties.name->empty() || properties.name->size() > 100))
-      return Error{"a body's name has 1 to 100 bytes"};
+      return Error{"a body's name must have 1 to 100 bytes"};
     return Ok{};
   }
 
@@ -212,7 +217,7 @@ class Acting {
       return Status(Ok{});
     });
   }
-  // x -> pose, then the mirror. Both in the lattice that the body then has.
+  // Maps x by the pose, then by the mirror, in the coordinates of the body's new lattice.
   Status act(const BodyMirror& verb) {
     return each_and_masks([&](Body& body) {
       const CutPlane plane = in_body(verb.plane, body.pose);
@@ -282,7 +287,7 @@ class Acting {
     change_.made.push_back(body.id);
     bodies_.all.push_back(std::move(body));
   }
-  // An empty model in the memory of the bodies.
+  // An empty model that shares the memory of the bodies.
   TriDexel nothing() const {
     const Snapshot& any = bodies_.all.front().model;
     TriDexel model(any, TriDexel(any.lattice).material_bounds());
@@ -318,14 +323,13 @@ class Acting {
     if (more) {
       TriDexel held(own.model, own.material_bounds);
       intersect(held, DexelSolid(region.snapshot(), region.material_bounds()), edit_, changed);
-      if (held.empty())
-        return Error{"there is nothing of body " + quoted(own) + " to protect there"};
+      if (held.empty()) return Error{"body " + quoted(own) + " has no material to protect there"};
       unite(model, held.snapshot(), held.material_bounds());
     } else {
       cut(model, DexelSolid(region.snapshot(), region.material_bounds()), edit_, changed);
     }
     if (mask && model.content_hash() == mask->model.content_hash())
-      return Error{more ? "that is protected already" : "nothing is protected there"};
+      return Error{more ? "this part is already protected" : "nothing is protected there"};
     if (!mask) {
       Body made;
       made.no_go = true;
@@ -346,7 +350,7 @@ class Acting {
     Removed made;
     const SweptTool solid(verb.tool, verb.pose, Vec3::Zero(), any.lattice);
     deposit(model, solid.solid(), verb.material, edit_, made);
-    if (made.points() == 0) return Error{"what is added holds nothing within the lattice"};
+    if (made.points() == 0) return Error{"the added body has no material within the lattice"};
     change_.clipped |= made.clipped;
     Body body;
     body.no_go = verb.properties.no_go.value_or(false);
@@ -384,8 +388,8 @@ class Acting {
     }
     const double after = model.volume_mm3();
     if (model.content_hash() == body.model.content_hash())
-      return Error{"the spline's shape changes nothing of body " + quoted(body)};
-    if (model.empty()) return Error{"the spline's shape leaves nothing of body " + quoted(body)};
+      return Error{"the spline's shape does not change body " + quoted(body)};
+    if (model.empty()) return Error{"the spline's shape would remove all of body " + quoted(body)};
     change_.removed_mm3 += before - after;
     change_.clipped |= verb.operation == SplineOperation::deposit && done.value().clipped;
     put_back(body, model);
@@ -425,7 +429,7 @@ class Acting {
       for (const BodyId made : add_bodies(bodies_, body.pose, off.portions))
         change_.made.push_back(made);
     }
-    return any ? Status(Ok{}) : Status(Error{"the cutter meets no body"});
+    return any ? Status(Ok{}) : Status(Error{"the cutter does not meet a body"});
   }
 
   Status separate(Body& body) {
@@ -436,7 +440,7 @@ class Acting {
       if (pieces.all()[i].nodes > pieces.all()[largest].nodes) largest = i;
     if (bodies_.all.size() + pieces.all().size() > kMaxBodies)
       return Error{"body " + quoted(body) + " is in " + std::to_string(pieces.all().size()) +
-                   " pieces and there can be " + std::to_string(kMaxBodies) + " bodies"};
+                   " pieces, and the limit is " + std::to_string(kMaxBodies) + " bodies"};
     std::vector<int> to;
     int count = 0;
     for (size_t i = 0; i < pieces.all().size(); i++) to.push_back(i == largest ? kStays : count++);
@@ -557,7 +561,9 @@ Result<std::shared_ptr<const NoGo>> no_go_of(const BodyList& bodies, BodyId work
     }
     const Pose there = relative(body.pose, own.pose);
     const Result<Placed> placed = place_model(body.model, {there.frame, there.tip});
-    if (!placed) return Error{"body " + quoted(body) + " is no-go: " + placed.error()};
+    if (!placed)
+      return Error{"body " + quoted(body) +
+                   " is protected, but cannot be placed: " + placed.error()};
     const TriDexel& model = *placed.value().model;
     if (model.material_bounds().empty()) continue;
     deposit(*all, DexelSolid(model.snapshot(), model.material_bounds()), 0, {}, put_down);

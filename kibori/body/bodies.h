@@ -30,7 +30,7 @@ struct Body {
   bool visible = true;
   bool locked = false;  // nothing changes it
   bool no_go = false;   // like locked, and no stroke on another body cuts it: see no_go_of
-  BodyId mask_of = 0;   // the body that this mask moves with; 0: it is no mask
+  BodyId mask_of = 0;   // the body that this mask moves with; 0: not a mask
   Snapshot model;
   LatticeBox material_bounds;
 
@@ -66,8 +66,8 @@ struct BodyChange {
 };
 
 // Applies an action. An error leaves `bodies` unchanged: no such body, a locked body, a cutter that
-// check_cutter rejects, a pose that is no rigid motion. Also too many bodies, or an action without
-// effect.
+// check_cutter rejects, a pose that is not a rigid motion. Also too many bodies, or an action
+// without effect.
 Result<BodyChange> apply(BodyList& bodies, const BodyAction& action, int threads = 1);
 
 // The material that strokes on a body must not cut: that of all other protected bodies, in the

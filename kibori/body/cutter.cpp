@@ -365,7 +365,7 @@ bool is_direction(const Vec3& d) { return d.allFinite() && d.norm() > 1e-9 && d.
 
 Status check_shape(const CutPlane& cut, double /*kerf_mm*/) {
   if (!is_direction(cut.normal))
-    return Error{"a cutter's normal must be a direction: three numbers, not all of them 0"};
+    return Error{"a cutter's normal must be three numbers that are not all 0"};
   if (!cut.point_mm.allFinite() || cut.point_mm.norm() > 1e6)
     return Error{"a cutter's point must be three numbers of mm, within a kilometre"};
   return Ok{};
@@ -373,24 +373,23 @@ Status check_shape(const CutPlane& cut, double /*kerf_mm*/) {
 
 Status check_shape(const CutCurve& cut, double kerf_mm) {
   if (!is_direction(cut.along))
-    return Error{"a cutter's 'along' must be a direction: three numbers, not all of them 0"};
+    return Error{"a cutter's 'along' must be three numbers that are not all 0"};
   if (cut.curve_mm.size() > kMaxCurvePoints)
     return Error{"a cutter's curve has " + std::to_string(cut.curve_mm.size()) +
-                 " places and can have " + std::to_string(kMaxCurvePoints)};
+                 " points, and the limit is " + std::to_string(kMaxCurvePoints)};
   for (const Vec3& p : cut.curve_mm)
     if (!p.allFinite() || p.norm() > 1e6)
-      return Error{"a place of a cutter's curve must be three numbers of mm, within a kilometre"};
+      return Error{"a point of a cutter's curve must be three numbers of mm, within a kilometre"};
   const Result<std::vector<Vec3>> places = places_of(cut, kCheckedChord);
   if (!places) return Error{places.error()};
   const std::vector<Vec2> flat = flat_places(places.value(), AcrossPlane(cut.along), cut.closed);
   const size_t fewest = cut.closed ? 3 : 2;
   if (flat.size() < fewest)
     return Error{"a cutter's curve needs " + std::to_string(fewest) +
-                 " places that differ as seen along its direction"};
+                 " points that differ as seen along its direction"};
   const bool extended = !cut.closed && kerf_mm == 0;
   if (crosses_itself(extended ? drawn_on(flat, 1e7) : flat, cut.closed))
-    return Error{extended ? "a cutter's curve crosses itself, or its ends do where they go on "
-                            "straight; draw it without a loop"
+    return Error{extended ? "a cutter's curve, or its extended ends, cross; draw it without a loop"
                           : "a cutter's curve crosses itself; draw it without a loop"};
   return Ok{};
 }

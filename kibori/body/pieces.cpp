@@ -44,11 +44,11 @@ struct RayBlock {
 // A plane whose spans all share a node, so that they are one piece.
 struct WholePlane {
   NodeRange all, any;  // nodes that every span holds; from the first to the last node of any span
-  bool continues;  // the spans begin where those of the plane before end, so the piece continues
+  bool continues;  // the spans begin where those of the previous plane end, so the piece continues
 };
 
-// A tile whose rays with material form a block, and whose planes are all whole. Most tiles are
-// such, except at the rims of a body.
+// A tile whose rays with material form a block, and whose planes are all whole. Most tiles are like
+// this, except at the rims of a body.
 struct WholeTile {
   RayBlock block;
   std::vector<WholePlane> planes;  // planes that have spans; empty: the tile is not whole
@@ -692,8 +692,8 @@ Severed find_severed(const Snapshot& before, const Snapshot& after, int threads)
   });
   Fates fates = find_fates(was, old_here, is, now, places);
   if (!falls_apart(fates)) return severed;
-  // Nothing changed in the other tiles. Therefore, pieces that were one were also connected in
-  // these tiles, link by link.
+  // Nothing changed in the other tiles. Therefore, the connections between pieces that were one
+  // piece before all passed through these tiles.
   if (!few_others) {
     now = find_pieces(after);
     fates = find_fates(was, old_here, is, now, places);

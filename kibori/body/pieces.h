@@ -7,7 +7,7 @@
 // "Sheets"). A span that contains no node belongs to no piece.
 //
 // Costs: find_pieces grows with the z field's tiles. find_severed grows with the tiles that
-// changed, unless the material around them was severed.
+// changed. It examines all tiles only if the material around them was severed.
 #pragma once
 
 #include <cstdint>
@@ -86,7 +86,7 @@ std::vector<Snapshot> part_pieces(TriDexel& model, const Pieces& pieces, const s
 struct Severed {
   struct Part {
     int piece = 0;
-    double share = 0;  // share of the nodes of all the pieces it comes from
+    double share = 0;  // of the nodes of all parts that were connected before
   };
   Pieces pieces;  // of `after`; empty if nothing was severed
   std::vector<Part> parts;

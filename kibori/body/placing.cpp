@@ -106,7 +106,7 @@ class Copy {
   Copy(const Look& look, const Lattice& lattice, const Affine& to, const Index3& offset)
       : look_(look), lattice_(lattice), back_(to.linear.inverse()), to_(to), offset_(offset) {}
 
-  // Returns true if anything was omitted.
+  // Returns true if a part was omitted.
   bool run(const FieldSnapshot& from, Field& field) {
     const Axis axis = field.axis();
     const int du = offset_[u_index(axis)], dv = offset_[v_index(axis)];
@@ -247,8 +247,8 @@ Result<Placed> place_model(const Snapshot& model, const Affine& to, int threads)
   for (int i = 0; i < 3; i++) {
     const double low = std::floor(box.units.min[i]) - 2, high = std::ceil(box.units.max[i]) + 2;
     if (!(high - low <= kMaxNodesPerAxis) || !(std::abs(low) < 1e6))
-      return Error{"it would reach farther than a lattice can, " +
-                   std::to_string(kMaxNodesPerAxis) + " nodes; turn it or move it less"};
+      return Error{"it would exceed the limit of a lattice, " + std::to_string(kMaxNodesPerAxis) +
+                   " nodes; turn or move it less"};
     offset[i] = static_cast<int>(low);
     around.nodes[i] = static_cast<int>(high - low);
     around.origin_mm[i] = lattice.origin_mm[i] + lattice.pitch_mm * low;

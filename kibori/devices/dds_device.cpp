@@ -32,7 +32,7 @@ struct DdsDevice::State {
   struct Timed {
     DeviceReading reading;
     Clock::time_point at;
-    double period_s = 0;  // from pose to pose
+    double period_s = 0;  // mean time between poses
   };
   DeviceCapabilities capabilities;
   LatestValue<Timed> readings;
@@ -135,8 +135,9 @@ DeviceStatus DdsDevice::write(const Wrench& wrench) {
 }
 
 std::string DdsDevice::complaint() const {
-  return state_->seen ? std::string()
-                      : capabilities().name + ": no pose has come on /kibori/device/pose yet";
+  return state_->seen
+             ? std::string()
+             : capabilities().name + ": no pose has been received on /kibori/device/pose yet";
 }
 
 }  // namespace kibori

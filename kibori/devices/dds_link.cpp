@@ -76,7 +76,8 @@ Result<std::unique_ptr<DdsLink>> DdsLink::open(uint32_t domain, Topics topics) {
                  "libfastrtps-dev) is installed"};
   state->library = std::move(library).value();
   if (!state->library.find(KIBORI_DDS_ENTRY, state->functions))
-    return Error{"DDS: kibori_dds.so is of another version of kibori"};
+    return Error{
+        "DDS: kibori_dds.so belongs to another version of kibori; install both from one package"};
   state->topics = std::move(topics);
   const auto names = [](const std::vector<std::string>& of) {
     std::vector<const char*> pointers;
@@ -136,7 +137,7 @@ Result<uint32_t> parse_dds_domain(const std::string& text) {
       std::from_chars(domain_text.data(), domain_text.data() + domain_text.size(), domain);
   if (domain_text.empty() || failed != std::errc() ||
       end != domain_text.data() + domain_text.size() || domain > kMaxDomain)
-    return Error{"'" + domain_text + "' is no DDS domain: it is a number from 0 to " +
+    return Error{"'" + domain_text + "' is not a DDS domain; use a number from 0 to " +
                  std::to_string(kMaxDomain)};
   return domain;
 }

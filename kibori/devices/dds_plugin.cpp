@@ -148,14 +148,14 @@ void* open_link(uint32_t domain, const char* const* poses, int pose_count,
     qos.name("kibori");
     link->participant =
         dds::DomainParticipantFactory::get_instance()->create_participant(domain, qos);
-    if (!link->participant) return no("Fast DDS can't join the domain");
+    if (!link->participant) return no("Fast DDS cannot join the domain");
     dds::TypeSupport pose_type(new StampedType<7>("geometry_msgs::msg::dds_::PoseStamped_")),
         wrench_type(new StampedType<6>("geometry_msgs::msg::dds_::WrenchStamped_"));
     pose_type.register_type(link->participant);
     wrench_type.register_type(link->participant);
     dds::Publisher* const publisher =
         link->participant->create_publisher(dds::PUBLISHER_QOS_DEFAULT);
-    if (!publisher) return no("Fast DDS made no publisher");
+    if (!publisher) return no("Fast DDS could not create a publisher");
     // The default of ROS 2's readers. A late reader gets one second of messages.
     dds::DataWriterQos writes;
     writes.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
@@ -170,9 +170,10 @@ void* open_link(uint32_t domain, const char* const* poses, int pose_count,
       return writer != nullptr;
     };
     for (int i = 0; i < pose_count; i++)
-      if (!add(poses[i], pose_type, link->poses)) return no("Fast DDS made no writer");
+      if (!add(poses[i], pose_type, link->poses)) return no("Fast DDS could not create a writer");
     for (int i = 0; i < wrench_count; i++)
-      if (!add(wrenches[i], wrench_type, link->wrenches)) return no("Fast DDS made no writer");
+      if (!add(wrenches[i], wrench_type, link->wrenches))
+        return no("Fast DDS could not create a writer");
     if (reads) {
       dds::Subscriber* const subscriber =
           link->participant->create_subscriber(dds::SUBSCRIBER_QOS_DEFAULT);
@@ -184,7 +185,7 @@ void* open_link(uint32_t domain, const char* const* poses, int pose_count,
       newest.history().kind = dds::KEEP_LAST_HISTORY_QOS;
       newest.history().depth = 1;
       if (!subscriber || !topic || !subscriber->create_datareader(topic, newest, link.get()))
-        return no("Fast DDS made no reader");
+        return no("Fast DDS could not create a reader");
     }
     return link.release();
   } catch (const std::exception& failed) {

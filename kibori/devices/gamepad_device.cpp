@@ -61,7 +61,8 @@ constexpr uint32_t kRumble_ms = 100;
 constexpr auto kRumbleWatchdog = std::chrono::milliseconds(20);
 constexpr double kSpeed_mm_s = 80, kFineShare = 0.2;
 constexpr double kDeadShare = 0.15;  // share of a stick's travel: worn sticks rest within it
-// Maximum distance of the target from the hand. The maximum force is the hand's spring times this.
+// Maximum distance of the target from the hand. The maximum force is this distance times the
+// stiffness of the hand's spring.
 constexpr double kLead_mm = 10;
 constexpr double kReach_mm = 60;          // the workspace, in each direction from its centre
 constexpr double kRoughness_s = 0.05;     // changes faster than this are rough

@@ -127,12 +127,12 @@ struct HaplyDevice::Link {
     context.restart();
     context.run();
     if (!done || code) {
-      error = code == beast::error::timeout ? "nothing came for 2 s" : "the connection was closed";
+      error = code == beast::error::timeout ? "no answer within 2 s" : "the connection was closed";
       return Json();
     }
     Json frame = parse_json(beast::buffers_to_string(buffer.data()));
     if (!frame.is_object()) {
-      error = "it sent what is not a state of devices";
+      error = "its message is not a state of devices";
       return Json();
     }
     return frame;
@@ -167,7 +167,7 @@ struct HaplyDevice::Link {
       }
       const Json frame = receive(error);
       if (frame.is_null()) {
-        why = "the Haply service fell silent";
+        why = "the Haply service no longer answers";
         break;
       }
       if (!read_frame(frame, now.reading)) {
@@ -204,7 +204,7 @@ Result<std::unique_ptr<HaplyDevice>> HaplyDevice::open(const std::string& host,
   link->socket.async_handshake(host + ":" + port, "/", [&](beast::error_code c) { code = c; });
   link->context.restart();
   link->context.run();
-  if (code) return wrong("speaks no WebSocket (" + code.message() + ")");
+  if (code) return wrong("does not speak WebSocket (" + code.message() + ")");
   std::string error;
   const Json inventory = link->receive(error);
   if (inventory.is_null()) return wrong(error);

@@ -39,12 +39,13 @@ Result<std::vector<RecordedReading>> read_recording(const std::filesystem::path&
         char* after = nullptr;
         v[i] = std::strtod(p, &after);
         if (after == p || after > end || !std::isfinite(v[i]))
-          return wrong("a recording has 14 numbers a line");
+          return wrong("a line of a recording must have 14 numbers");
         p = after;
-        if (i + 1 < kNumbers && *p++ != ',') return wrong("a recording has 14 numbers a line");
+        if (i + 1 < kNumbers && *p++ != ',')
+          return wrong("a line of a recording must have 14 numbers");
       }
       if (p != end && !(p + 1 == end && *p == '\r'))
-        return wrong("a recording has 14 numbers a line");
+        return wrong("a line of a recording must have 14 numbers");
       if (!(v[13] >= 0 && v[13] <= 4294967295.0)) return wrong("buttons must be 0 to 4294967295");
       RecordedReading r;
       r.time_s = v[0];
@@ -52,15 +53,14 @@ Result<std::vector<RecordedReading>> read_recording(const std::filesystem::path&
       for (int i = 0; i < 9; i++) r.frame(i / 3, i % 3) = v[4 + i];
       if (!((r.frame * r.frame.transpose() - Mat3::Identity()).norm() < 1e-3 &&
             r.frame.determinant() > 0))
-        return wrong("the nine numbers of the frame are no rotation");
+        return wrong("the nine numbers of the frame must be a rotation");
       r.buttons = static_cast<uint32_t>(v[13]);
       readings.push_back(r);
     }
     p = *end ? end + 1 : end;
   }
-  if (p != text.c_str() + text.size())
-    return Error{path.string() + ": holds bytes that are no text"};
-  if (readings.empty()) return Error{path.string() + ": holds no readings"};
+  if (p != text.c_str() + text.size()) return Error{path.string() + ": is not a text file"};
+  if (readings.empty()) return Error{path.string() + ": contains no readings"};
   return readings;
 }
 

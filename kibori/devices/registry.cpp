@@ -72,10 +72,10 @@ const DeviceKind kKinds[] = {
     {"haply", "[:HOST:PORT]", open_haply},
     {"openhaptics", "", [](const std::string&) { return as_device(OpenHapticsDevice::open()); }},
     {"gamepad", "", [](const std::string&) { return as_device(GamepadDevice::open()); }},
-    {"vrpn", ":NAME@HOST[:PORT]", open_vrpn, "is not looked for: say which server"},
+    {"vrpn", ":NAME@HOST[:PORT]", open_vrpn, "is not searched for; name the server"},
     {"dds", "[:DOMAIN]", open_dds,
-     "is not looked for: a ROS 2 program that sends /kibori/device/pose"},
-    {"replay", ":FILE.csv", open_replay, "is a recording: say which"},
+     "is not searched for; it needs a ROS 2 program that sends /kibori/device/pose"},
+    {"replay", ":FILE.csv", open_replay, "is a recording; name the file"},
 };
 
 }  // namespace
@@ -94,7 +94,7 @@ Result<std::unique_ptr<Device>> open_device(const std::string& name) {
     if (!fits) return Error{"'" + name + "' must be like " + kind.usage()};
     return kind.open(given ? name.substr(colon + 1) : std::string());
   }
-  return Error{"no kind of device is called '" + name + "'; there are " + known};
+  return Error{"there is no kind of device '" + name + "'; there are " + known};
 }
 
 std::vector<DeviceFound> find_devices() {

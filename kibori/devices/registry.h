@@ -24,7 +24,7 @@ namespace kibori {
 // Errors: an unknown kind, or the reason why it cannot be opened.
 Result<std::unique_ptr<Device>> open_device(const std::string& name);
 
-// A kind of device, and if one is connected.
+// A kind of device, and whether one is connected.
 struct DeviceFound {
   std::string name;  // for open_device
   bool present = false;

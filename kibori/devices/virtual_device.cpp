@@ -58,7 +58,7 @@ std::string VirtualDevice::complaint() const {
     case DeviceStatus::ok:
       return {};
     case DeviceStatus::stale:
-      return "the virtual device says nothing new";
+      return "the virtual device has no new reading";
     case DeviceStatus::unplugged:
       return "the virtual device was unplugged";
     case DeviceStatus::failed:

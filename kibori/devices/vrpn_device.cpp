@@ -229,7 +229,7 @@ DeviceStatus VrpnDevice::read(DeviceReading& reading) {
     size_t used = 0;
     while (filled_ - used >= kHeader) {
       const size_t size = read32(buffer_.data() + used);
-      if (size < kHeader || size > kLongest) return lost("the server sent a message that can't be");
+      if (size < kHeader || size > kLongest) return lost("the server sent an invalid message");
       const size_t whole = padded(size);
       if (filled_ - used < whole) break;
       take(buffer_.data() + used, size);
@@ -247,7 +247,7 @@ DeviceStatus VrpnDevice::write(const Wrench& wrench) {
   if (lost_) return DeviceStatus::unplugged;
   unsigned char message[kHeader + 64];
   put_header(message, 64, kOurSender, kOurForce);
-  // Around the last position: metres, N, N/m. The spring acts along the force only.
+  // The force field around the last position: metres, N, N/m. Its spring acts along the force only.
   float values[16] = {};
   // The stiffness is limited so that the server's force at most doubles within the radius.
   const double force = std::sqrt(wrench.force.squaredNorm());
@@ -264,7 +264,7 @@ DeviceStatus VrpnDevice::write(const Wrench& wrench) {
   values[15] = static_cast<float>(kRadiusMm / 1000);
   for (size_t i = 0; i < 16; i++)
     put32(message + kHeader + 4 * i, std::bit_cast<uint32_t>(values[i]));
-  if (!send_all(message, sizeof message)) return lost("the server does not take forces any more");
+  if (!send_all(message, sizeof message)) return lost("the server no longer accepts forces");
   return DeviceStatus::ok;
 }
 

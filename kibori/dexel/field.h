@@ -136,7 +136,7 @@ class FieldSnapshot {
   void keep_ready(int tiles) const;
   // Memory of its field, including all snapshots. Any thread.
   size_t memory_bytes() const;
-  // Releases the snapshot. Memory that has no other user goes to second writers.
+  // Releases the snapshot. Blocks without another user are kept for second writers.
   void drop_shared();
   // True if both are snapshots of the same field. A field can be restored to either then.
   bool of_same_field(const FieldSnapshot& other) const { return pools_ == other.pools_; }
@@ -227,8 +227,8 @@ class Field : private FieldSnapshot {
   }
   // Replaces the tile by the shared empty tile.
   void clear_tile(int tu, int tv);
-  // Keeps only the planes of a tile whose flag in `keep` is set. The removed planes must have a
-  // span of every ray.
+  // Keeps only the planes of a tile whose flag in `keep` is set. On the removed planes every ray
+  // must have a span.
   void keep_planes(int tu, int tv, const std::vector<bool>& keep);
   // Uses another tile here, too. The two are shared until either is written.
   void share_tile(int tu, int tv, int from_tu, int from_tv);

@@ -8,10 +8,9 @@
 //   take_shared() <───────────────── aside ◄── give_shared()      under a lock
 //
 // One thread takes; any thread gives back. The owner takes the whole returned list at once, so
-// there is no ABA problem. A second writer, which makes states of the model, takes blocks from
-// `aside` and returns them there. If `aside` is empty, it takes returned blocks, but leaves
-// kOwnersShare of them to the owner. Otherwise blocks that it fills and the owner releases would
-// pile up.
+// there is no ABA problem. A second writer takes blocks from `aside` and returns them there. If
+// `aside` is empty, it takes returned blocks, but leaves kOwnersShare of them to the owner.
+// Otherwise blocks that it fills and the owner releases would pile up.
 #pragma once
 
 #include <atomic>

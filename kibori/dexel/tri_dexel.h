@@ -29,7 +29,7 @@ struct Snapshot {
   void keep_ready(int tiles) const;
   // Memory of the model, including all snapshots. Any thread.
   size_t memory_bytes() const;
-  // Releases the snapshot. Memory that has no other user goes to second writers (see TriDexel).
+  // Releases the snapshot. Blocks without another user are kept for second writers (see TriDexel).
   void drop_shared();
   // True if both belong to one model, or to writers that share its memory.
   bool of_same_model(const Snapshot& other) const {

@@ -65,7 +65,7 @@ bool read_flag(const Json& json, const char* key, bool& flag) {
 }
 
 Result<Cutter> cutter_of(const Json& json) {
-  const Error none{"a cutter must be a JSON object of a point and a normal, or of a curve"};
+  const Error none{"a cutter must be a JSON object with a point and a normal, or with a curve"};
   if (!json.is_object()) return none;
   Cutter cutter;
   Fields fields{json};
@@ -106,7 +106,7 @@ Json spline_to_json(const BodySpline& spline) {
 }
 
 Status read_spline(const Json& json, BodySpline& spline) {
-  const Error none{"a spline must be a JSON object of a kind, an operation and points_mm"};
+  const Error none{"a spline must be a JSON object with a kind, an operation and points_mm"};
   if (!json.is_object()) return none;
   SplineShape& shape = spline.shape;
   Fields fields{json};
@@ -148,13 +148,13 @@ Status read(const Json& json, BodyProperties& properties) {
   if (json.contains("name")) {
     Fields fields{json};
     fields.get("name", properties.name.emplace());
-    if (!is_name(*properties.name)) return Error{"a body's name has 1 to 100 bytes"};
+    if (!is_name(*properties.name)) return Error{"a body's name must have 1 to 100 bytes"};
   }
   for (const auto& [key, flag] : {std::pair{"visible", &properties.visible},
                                   {"locked", &properties.locked},
                                   {"no_go", &properties.no_go}})
     if (json.contains(key) && !read_flag(json, key, flag->emplace()))
-      return Error{std::string("a body's '") + key + "' is true or false"};
+      return Error{std::string("a body's '") + key + "' must be true or false"};
   return Ok{};
 }
 
@@ -178,7 +178,7 @@ Status read_material(const Json& json, uint8_t& material) {
 
 Status read(const Json& json, Pose& pose) {
   if (read_pose(json, pose)) return Ok{};
-  return Error{"a body's pose must be a place and three axes"};
+  return Error{"a body's pose must be a position and three axes"};
 }
 
 // Writes and reads the data of a verb in the action's JSON. Each verb with data has its own
@@ -238,16 +238,15 @@ Status read(const Json& json, BodyProtect& verb) {
   if (json.contains("operation")) fields.get("operation", operation);
   const auto known = value_of<SplineOperation>(operation);
   if (!known || *known == SplineOperation::intersect)
-    return Error{"what is protected has the operation deposit, or cut"};
+    return Error{"the operation of a mask must be deposit or cut"};
   verb.operation = *known;
   verb.follows = false;  // before version 11
-  if (!read_flag(json, "follows", verb.follows))
-    return Error{"whether a mask follows its body is true or false"};
+  if (!read_flag(json, "follows", verb.follows)) return Error{"follows must be true or false"};
   const Json path_json = json.value("way_mm", Json());
   if (!path_json.is_array() || path_json.size() > kMaxPathPoints)
-    return Error{"way_mm must be a list of at most " + std::to_string(kMaxPathPoints) + " places"};
+    return Error{"way_mm must be a list of at most " + std::to_string(kMaxPathPoints) + " points"};
   if (!read_places(path_json, kMaxPathPoints, verb.path_mm))
-    return Error{"a place of way_mm must be three numbers"};
+    return Error{"a point of way_mm must be three numbers"};
   if (Status s = read(json.value("tool", Json()), verb.tool); !s) return s;
   return read(json, verb.properties);
 }
@@ -271,20 +270,19 @@ std::string action_to_json(const BodyAction& action) {
 
 Result<BodyAction> action_from_json(const std::string& text) {
   const Json json = parse_json(text);
-  if (!json.is_object()) return Error{"what is done with bodies must be a JSON object"};
+  if (!json.is_object()) return Error{"an action on bodies must be a JSON object"};
   Fields fields{json};
   std::string name;
   fields.get("verb", name);
   std::optional<BodyVerb> known = default_verb(name);
-  if (!known)
-    return Error{"nothing that is done with bodies is called '" + sanitize_message(name) + "'"};
+  if (!known) return Error{"there is no action on bodies '" + sanitize_message(name) + "'"};
   BodyAction action{{}, std::move(*known)};
   const Json bodies = json.value("bodies", Json::array());
   if (!bodies.is_array() || bodies.size() > kMaxBodies)
-    return Error{"bodies must be a list of numbers"};
+    return Error{"bodies must be a list of body numbers"};
   for (const Json& id : bodies) {
     if (!id.is_number_integer() || !(id.get<double>() >= 1 && id.get<double>() <= kMaxId))
-      return Error{"bodies must be a list of numbers"};
+      return Error{"bodies must be a list of body numbers"};
     action.bodies.push_back(id.get<int>());
   }
   const Status done =
@@ -310,7 +308,7 @@ std::string bodies_to_json(const BodyList& bodies) {
 
 Result<BodyList> bodies_from_json(const std::string& text) {
   const Json json = parse_json(text);
-  const Error none{"its bodies are not as Kibori writes them"};
+  const Error none{"the list of its bodies is invalid"};
   if (!json.is_object()) return none;
   BodyList bodies;
   Fields fields{json};

@@ -11,7 +11,7 @@
 
 namespace kibori {
 
-// An action as JSON. Errors: text that is no JSON, or no valid action.
+// An action as JSON. Errors: text that is not JSON, or not a valid action.
 std::string action_to_json(const BodyAction& action);
 Result<BodyAction> action_from_json(const std::string& text);
 

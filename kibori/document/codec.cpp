@@ -29,7 +29,7 @@ Bytes compress(const Bytes& raw) {
   thread_local const std::unique_ptr<ZSTD_CCtx, size_t (*)(ZSTD_CCtx*)> context(ZSTD_createCCtx(),
                                                                                 ZSTD_freeCCtx);
   ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, kLevel);
-  // The reader detects a flipped bit.
+  // The reader detects a flipped bit by the checksum.
   ZSTD_CCtx_setParameter(context.get(), ZSTD_c_checksumFlag, 1);
   const size_t size =
       ZSTD_compress2(context.get(), packed.data(), packed.size(), raw.data(), raw.size());
@@ -41,7 +41,7 @@ Bytes compress(const Bytes& raw) {
 Result<Bytes> decompress(const Bytes& packed, size_t max) {
   const unsigned long long size = ZSTD_getFrameContentSize(packed.data(), packed.size());
   if (size == ZSTD_CONTENTSIZE_ERROR || size == ZSTD_CONTENTSIZE_UNKNOWN || size > max)
-    return Error{"is not packed as it should be"};
+    return Error{"cannot be decompressed"};
   Bytes raw(static_cast<size_t>(size));
   thread_local const std::unique_ptr<ZSTD_DCtx, size_t (*)(ZSTD_DCtx*)> context(ZSTD_createDCtx(),
                                                                                 ZSTD_freeDCtx);
@@ -124,16 +124,16 @@ Status read_force(const Json& json, double rate_hz, StrokeForce& force) {
   std::string model;
   f.get("model", model);
   const std::optional<ForceModel> named = value_of<ForceModel>(model);
-  if (!named) return Error{"no force model is called '" + sanitize_message(model) + "'"};
+  if (!named) return Error{"there is no force model '" + sanitize_message(model) + "'"};
   force.law.model = *named;
   double& share = force.series() ? force.spring.hand_share : force.law.hand_share;
   if (json.contains("hand_share")) f.get("hand_share", share);
-  if (!(share >= 0 && share <= 1)) return Error{"a stroke's hand_share is not from 0 to 1"};
+  if (!(share >= 0 && share <= 1)) return Error{"a stroke's hand_share must be from 0 to 1"};
   if (!force.series() || json.contains("dof")) f.get("dof", force.law.dof, 5, 6);
   if (force.series()) {
     if (Status read = fields_from_json(json, "the force", force.spring); !read) return read;
     force.law.hand_share = share;  // brushes read it from the law
-    if (!(force.spring.strength_n >= 0)) return Error{"a stroke's strength_n is below 0"};
+    if (!(force.spring.strength_n >= 0)) return Error{"a stroke's strength_n must not be below 0"};
     force.spring.tick_s = 1 / rate_hz;
   } else {
     // Strokes from before this setting have no such key.
@@ -142,7 +142,7 @@ Status read_force(const Json& json, double rate_hz, StrokeForce& force) {
   force.law.version = 1;
   if (json.contains("thrust")) f.get("thrust", force.law.thrust);
   if (!(force.law.thrust >= 0 && force.law.thrust <= kMaxThrust))
-    return Error{"a stroke's thrust is not from 0 to 3"};
+    return Error{"a stroke's thrust must be from 0 to 3"};
   if (json.contains("version")) f.get("version", force.law.version, 1, kForceVersion);
   if (!f.wrong.empty()) return Error{"the force " + f.wrong};
   return Ok{};
@@ -165,10 +165,10 @@ Status read_tool_mesh(Fields& fields, MeshTool& tool) {
   }
   for (const Json& v : *triangles) {
     if (!three(v, true))
-      return Error{"the tool's mesh has a triangle that is not three numbers of vertices"};
+      return Error{"the tool's mesh has a triangle that is not three vertex indices"};
     const uint64_t a = v[0], b = v[1], c = v[2], max = mesh->vertices.size();
     if (a >= max || b >= max || c >= max)
-      return Error{"the tool's mesh has a triangle of vertices that are not there"};
+      return Error{"the tool's mesh has a triangle with a missing vertex"};
     mesh->triangles.push_back(
         {static_cast<uint32_t>(a), static_cast<uint32_t>(b), static_cast<uint32_t>(c)});
   }
@@ -182,7 +182,7 @@ Result<Tool> tool_of(const Json& json) {
   fields.get("shape", shape);
   if (!fields.wrong.empty()) return Error{"the tool " + fields.wrong};
   std::optional<Tool> known = default_tool(shape);
-  if (!known) return Error{"no tool's shape is called '" + sanitize_message(shape) + "'"};
+  if (!known) return Error{"there is no tool shape '" + sanitize_message(shape) + "'"};
   Tool& tool = *known;
   for_tool_numbers(tool, [&](const char* key, auto& value) { fields.get(key, value); });
   if (auto* mesh = std::get_if<MeshTool>(&tool))
@@ -253,10 +253,10 @@ Json json_of(const std::vector<Material>& materials) {
 
 Status read_materials(const Json& json, std::vector<Material>& materials) {
   if (!json.is_array() || json.empty() || json.size() > static_cast<size_t>(kMaxMaterials))
-    return Error{"a stroke's materials are no list of 1 to 64"};
+    return Error{"a stroke's materials must be a list of 1 to 64"};
   materials.clear();
   for (const Json& item : json) {
-    if (!item.is_object()) return Error{"a material is no JSON object"};
+    if (!item.is_object()) return Error{"a material must be a JSON object"};
     Material& m = materials.emplace_back();
     if (Status read = fields_from_json(item, "a material", m); !read) return read;
     // Documents from before densities were stored.
@@ -284,14 +284,14 @@ Status read_symmetry(const Json& json, Symmetry& symmetry) {
     f.get("axis", axis);
     const auto named_axis = value_of<Axis>(axis);
     if (!f.wrong.empty()) return Error{"a stroke's symmetry: it " + f.wrong};
-    if (!named_axis) return Error{"a symmetry's axis is x, y or z"};
+    if (!named_axis) return Error{"a symmetry's axis must be x, y or z"};
     symmetry.axis = *named_axis;
   }
   return check_symmetry(symmetry);
 }
 
 Status read_second(const Json& json, StrokeSettings& s) {
-  if (!json.is_object()) return Error{"a stroke's second hand is no JSON object"};
+  if (!json.is_object()) return Error{"a stroke's second hand must be a JSON object"};
   StrokeHand hand;
   Fields fields{json};
   std::string mode;
@@ -302,11 +302,11 @@ Status read_second(const Json& json, StrokeSettings& s) {
   if (!fields.wrong.empty()) return Error{"a stroke's second hand: it " + fields.wrong};
   const std::optional<Mode> known = value_of<Mode>(mode);
   if (!known || *known == Mode::off)
-    return Error{"a second hand cuts, deposits or touches, and does not '" +
-                 sanitize_message(mode) + "'"};
+    return Error{"a second hand can cut, deposit or touch, but not '" + sanitize_message(mode) +
+                 "'"};
   if (const Status fine = check_modes(s.mode, known, false); !fine) return Error{fine.error()};
   if (!tool->is_object() || !force->is_object())
-    return Error{"a second hand's tool or force is no JSON object"};
+    return Error{"a second hand's tool and force must be JSON objects"};
   Result<Tool> read = tool_of(*tool);
   if (!read) return Error{read.error()};
   hand.tool = std::move(read).value();
@@ -329,7 +329,7 @@ std::string tool_to_json(const Tool& tool) { return json_of(tool).dump(); }
 
 Result<Tool> tool_from_json(const std::string& text) {
   const Json json = parse_json(text);
-  if (!json.is_object()) return Error{"a tool is no JSON object"};
+  if (!json.is_object()) return Error{"a tool must be a JSON object"};
   return tool_of(json);
 }
 
@@ -371,11 +371,11 @@ Result<std::vector<Material>> materials_from_json(const std::string& text) {
 
 Result<StrokeSettings> settings_from_json(const std::string& text) {
   const Json json = parse_json(text);
-  if (!json.is_object()) return Error{"a stroke's settings are no JSON object"};
+  if (!json.is_object()) return Error{"a stroke's settings must be a JSON object"};
   StrokeSettings s;
   Fields fields{json};
   if (const Json* tool = fields.find("tool")) {
-    if (!tool->is_object()) return Error{"a stroke's tool is no JSON object"};
+    if (!tool->is_object()) return Error{"a stroke's tool must be a JSON object"};
     Result<Tool> read = tool_of(*tool);
     if (!read) return Error{read.error()};
     s.tool = std::move(read).value();
@@ -383,7 +383,7 @@ Result<StrokeSettings> settings_from_json(const std::string& text) {
   std::string mode;
   fields.get("mode", mode);
   const std::optional<Mode> known = value_of<Mode>(mode);
-  if (!known) return Error{"no mode is called '" + sanitize_message(mode) + "'"};
+  if (!known) return Error{"there is no mode '" + sanitize_message(mode) + "'"};
   s.mode = *known;
   if (json.contains("device")) fields.get("device", s.device);
   fields.get("rate_hz", s.rate_hz);
@@ -410,7 +410,7 @@ Result<StrokeSettings> settings_from_json(const std::string& text) {
     std::string crumbs;
     fields.get("crumbs", crumbs);
     const auto rule = value_of<Crumbs>(crumbs);
-    if (!rule) return Error{"no rule for crumbs is called '" + sanitize_message(crumbs) + "'"};
+    if (!rule) return Error{"there is no rule for crumbs '" + sanitize_message(crumbs) + "'"};
     s.crumbs = *rule;
   }
   if (json.contains("second"))
@@ -428,7 +428,7 @@ std::string lattice_to_json(const Lattice& lattice) {
 
 Result<Lattice> lattice_from_json(const std::string& text) {
   const Json json = parse_json(text);
-  const Error none{"it does not say where its rays are"};
+  const Error none{"the position of its rays is missing or invalid"};
   if (!json.is_object()) return none;
   Lattice lattice;
   Vec3 nodes = Vec3::Zero();
@@ -455,7 +455,7 @@ Result<LatticeBox> box_from_json(const std::string& text) {
   LatticeBox box;
   if (!json.is_array() || json.size() != 2 || !read_vec(json[0], box.units.min) ||
       !read_vec(json[1], box.units.max))
-    return Error{"a box is not two corners of three numbers"};
+    return Error{"a box must be two corners of three numbers"};
   if (box.units.min.isZero(0) && box.units.max.isZero(0)) return LatticeBox();
   return box;
 }
@@ -538,19 +538,19 @@ Result<std::vector<RecordedTick>> decode_ticks(const Bytes& bytes) {
   Reader reader{raw.value()};
   uint32_t count = 0;
   if (!reader.take(&count, 1) || raw.value().size() != 4 + size_t{count} * (1 + 8 * kColumns))
-    return Error{"a stroke's ticks: the block has not the length it should have"};
+    return Error{"a stroke's ticks: the block has the wrong length"};
   std::vector<TickRow> rows(count);
   Bytes flags(count);
   reader.take(flags.data(), count);
   for (size_t i = 0; i < count; i++) rows[i].flags = flags[i];
   if (!take_columns(reader, count, kColumns,
                     [&](size_t i, int c) -> double& { return column(rows[i].move, c); }))
-    return Error{"a stroke's ticks hold something that is not a number"};
+    return Error{"a stroke's ticks contain a value that is not finite"};
   std::vector<RecordedTick> ticks;
   ticks.reserve(count);
   for (const TickRow& row : rows) {
     const std::optional<RecordedTick> tick = tick_of(row);
-    if (!tick) return Error{"a stroke's ticks put a tool where it can't be"};
+    if (!tick) return Error{"a stroke's ticks contain an invalid pose of the tool"};
     ticks.push_back(*tick);
   }
   return ticks;
@@ -570,11 +570,11 @@ Result<std::vector<Wrench>> decode_forces(const Bytes& bytes) {
   Reader reader{raw.value()};
   uint32_t count = 0;
   if (!reader.take(&count, 1) || raw.value().size() != 4 + size_t{count} * 8 * kForceColumns)
-    return Error{"a stroke's forces: the block has not the length it should have"};
+    return Error{"a stroke's forces: the block has the wrong length"};
   std::vector<Wrench> computed(count);
   if (!take_columns(reader, count, kForceColumns,
                     [&](size_t i, int c) -> double& { return column(computed[i], c); }))
-    return Error{"a stroke's forces hold something that is not a number"};
+    return Error{"a stroke's forces contain a value that is not finite"};
   return computed;
 }
 
@@ -593,7 +593,7 @@ Result<Pose> decode_pose(const Bytes& bytes) {
   for (int i = 0; i < 3; i++)
     for (int j = 0; j < 3; j++) good = good && reader.take(&pose.frame(i, j), 1);
   if (!good || !reader.done() || !is_pose(pose))
-    return Error{"a stroke's first pose is not a place and a rotation"};
+    return Error{"a stroke's first pose must be a position and a rotation"};
   return pose;
 }
 
@@ -632,8 +632,7 @@ Status decode_tile(const Bytes& bytes, Field& field, int tu, int tv) {
   if (!raw) return Error{"a tile " + raw.error()};
   Reader reader{raw.value()};
   uint32_t planes = 0;
-  if (!reader.take(&planes, 1) || planes > kMaxPlanes)
-    return Error{"a tile has not the length it should have"};
+  if (!reader.take(&planes, 1) || planes > kMaxPlanes) return Error{"a tile has the wrong length"};
   field.clear_tile(tu, tv);
   if (planes == 0) return Ok{};
   Tile& tile = field.writable(tu, tv);
@@ -657,7 +656,7 @@ Status decode_tile(const Bytes& bytes, Field& field, int tu, int tv) {
     }
     if (!good) {
       field.clear_tile(tu, tv);
-      return Error{"a tile ends too soon"};
+      return Error{"a tile is truncated"};
     }
     plane->near = kFar;
     plane->far = -kFar;
@@ -682,12 +681,12 @@ Status decode_tile(const Bytes& bytes, Field& field, int tu, int tv) {
     }
     if (!good) {
       field.clear_tile(tu, tv);
-      return Error{"a tile holds spans that can't be"};
+      return Error{"a tile contains invalid spans"};
     }
   }
   if (!reader.done() || !any) {
     field.clear_tile(tu, tv);
-    return Error{"a tile has not the length it should have"};
+    return Error{"a tile has the wrong length"};
   }
   tile.material = static_cast<uint8_t>(material);
   tile.empty = false;

@@ -19,11 +19,11 @@
 namespace kibori {
 
 // A tool as JSON in settings and in the studio's messages: {"shape":"ball","radius":3}. Errors:
-// text that is no JSON, no tool, or a tool that check_tool rejects.
+// text that is not JSON, not a tool, or a tool that check_tool rejects.
 std::string tool_to_json(const Tool& tool);
 Result<Tool> tool_from_json(const std::string& text);
 
-// A stroke's settings as JSON. Errors: text that is no JSON, or invalid settings.
+// A stroke's settings as JSON. Errors: text that is not JSON, or invalid settings.
 std::string settings_to_json(const StrokeSettings& settings);
 Result<StrokeSettings> settings_from_json(const std::string& text);
 

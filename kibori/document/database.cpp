@@ -100,7 +100,7 @@ Result<Database> Database::open(const std::filesystem::path& path, Access access
   const bool memory = path == ":memory:";
   const std::filesystem::path file = memory ? path : std::filesystem::absolute(path, none);
   if (access != Access::frozen) {
-    if (!database.connect(file.string(), flags, vfs)) return database.error("can't be opened");
+    if (!database.connect(file.string(), flags, vfs)) return database.error("cannot be opened");
     if (access != Access::read) return database;
     if (const Status s = database.run("SELECT 1 FROM sqlite_master; PRAGMA query_only = 1"); s)
       return database;
@@ -119,7 +119,7 @@ Result<Database> Database::open(const std::filesystem::path& path, Access access
     uri += escaped;
   }
   if (!database.connect(uri + "?immutable=1", SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, vfs))
-    return database.error("can't be opened");
+    return database.error("cannot be opened");
   return database;
 }
 

@@ -39,8 +39,7 @@ Result<StepId> Document::find(const std::string& name) const {
   if (const auto found = versions_.find(name); found != versions_.end()) {
     if (!versions_changed_) return found->second;
     return wrong(
-        "is a damaged document: the versions are not those that were named; name a step by "
-        "its number");
+        "is a damaged document: the named versions were changed; give the number of a step");
   }
   char* end = nullptr;
   const long long id = std::strtoll(name.c_str(), &end, 10);
@@ -53,13 +52,13 @@ Status Document::check_finished(StepId step) const {
   const auto found = steps_.find(step);
   if (found == steps_.end()) return wrong("has no step " + std::to_string(step));
   if (!found->second.finished)
-    return wrong("step " + std::to_string(step) + " is still being made");
+    return wrong("step " + std::to_string(step) + " is not finished yet");
   return Ok{};
 }
 
 Status Document::name_version(const std::string& name, StepId step) {
   if (name.empty() || name.find_first_not_of("0123456789") == std::string::npos)
-    return wrong("a version's name can't be a number or nothing");
+    return wrong("a version's name must not be empty or a number");
   if (Status s = check_finished(step); !s) return s;
   Status kept = commit("naming a version", [&]() -> Status {
     Result<Statement> put =
@@ -146,7 +145,7 @@ Result<Document::Checkout> Document::checkout(StepId step) const {
   if (const BodyList* const known = state_of(step)) {
     to.bodies = to.states[step] = *known;
   } else {
-    if (states_.empty()) return wrong("no model of it is worked on");
+    if (states_.empty()) return wrong("none of its models is loaded");
     TriDexel scratch(states_.begin()->second.all.front().model, material_bounds_);
     Result<BodyList> made = rebuild(scratch, step, [&](StepId at, const BodyList& state) {
       to.states[at] = state;
@@ -193,7 +192,7 @@ Status Document::check_rows(StepId step) const {
   const std::string fault = row_fault(step);
   if (fault.empty()) return Ok{};
   return wrong("is a damaged document: " + fault + "; 'kibori history " + name() +
-               " --salvage NEW.kibori' saves what is whole");
+               " --salvage NEW.kibori' saves the undamaged steps");
 }
 
 Result<std::unique_ptr<TriDexel>> Document::load_stock() const {
@@ -219,7 +218,7 @@ Result<BodyList> Document::load_bodies(StepId step) const {
 }
 
 Status Document::go(TriDexel& model, StepId step) {
-  if (open_step_ != 0) return wrong("a stroke is being made; finish or cancel it first");
+  if (open_step_ != 0) return wrong("a stroke is in progress; finish or cancel it first");
   if (!steps_.count(step)) return wrong("has no step " + std::to_string(step));
   const Snapshot before = model.snapshot();
   Checkout to;
@@ -235,7 +234,7 @@ Status Document::go(TriDexel& model, StepId step) {
 
 Result<StepId> Document::before_head() const {
   const StepId parent = steps_.at(head_).parent;
-  if (parent == 0) return wrong("there is nothing before the stock");
+  if (parent == 0) return wrong("there is no step before the stock");
   return parent;
 }
 
@@ -243,7 +242,7 @@ Result<StepId> Document::after_head() const {
   if (const auto last = last_child_.find(head_); last != last_child_.end()) return last->second;
   for (auto step = steps_.rbegin(); step != steps_.rend(); ++step)
     if (step->second.parent == head_ && step->second.finished) return step->first;
-  return wrong("nothing follows step " + std::to_string(head_));
+  return wrong("there is no step after step " + std::to_string(head_));
 }
 
 Status Document::undo(TriDexel& model) {
@@ -260,14 +259,15 @@ Status Document::redo(TriDexel& model) {
 
 Status Document::begin(const StrokeSettings& settings, const Pose& start,
                        const std::string& label) {
-  if (!writes_) return wrong("is open for reading only");
-  if (open_step_ != 0) return wrong("a stroke is being made already");
+  if (!writes_) return wrong("is open read-only");
+  if (open_step_ != 0) return wrong("a stroke is already in progress");
   const Body* const body = bodies_at(head_).find(settings.body);
   if (!body) return wrong("has no body " + std::to_string(settings.body));
   if (body->locked)
     return wrong("body '" + sanitize_message(body->name) + "' is locked; unlock it first");
   if (body->no_go)
-    return wrong("body '" + sanitize_message(body->name) + "' is no-go; allow cuts in it first");
+    return wrong("body '" + sanitize_message(body->name) +
+                 "' is protected; allow cuts in it first");
   const std::vector<Body>& all = bodies_at(head_).all;
   const bool protects = std::any_of(all.begin(), all.end(), [&](const Body& other) {
     return other.no_go && other.id != settings.body;
@@ -372,11 +372,11 @@ Status Document::flush() {
 
 Status Document::finish(const Snapshot& now, const LatticeBox& material_bounds, double removed_mm3,
                         const std::vector<Portion>& severed) {
-  if (open_step_ == 0) return wrong("no stroke is being made");
+  if (open_step_ == 0) return wrong("no stroke is in progress");
   Step step = steps_[open_step_];
   const BodyList& listed = bodies_at(head_);
   const BodyList* const state = state_of(head_);
-  if (!state && listed.all.size() > 1) return wrong("no model of it is worked on");
+  if (!state && listed.all.size() > 1) return wrong("none of its models is loaded");
   BodyList after = state ? *state : listed;
   Body& worked_on = *after.find(step.body);
   worked_on.model = now;
@@ -432,10 +432,10 @@ Status Document::write_bodies(StepId step, const BodyList& bodies) {
 }
 
 Result<BodyChange> Document::act(const BodyAction& action, int threads) {
-  if (!writes_) return wrong("is open for reading only");
-  if (open_step_ != 0) return wrong("a stroke is being made; finish or cancel it first");
+  if (!writes_) return wrong("is open read-only");
+  if (open_step_ != 0) return wrong("a stroke is in progress; finish or cancel it first");
   const BodyList* const before = state_of(head_);
-  if (!before) return wrong("no model of it is worked on");
+  if (!before) return wrong("none of its models is loaded");
   BodyList after = *before;
   Result<BodyChange> change = apply(after, action, threads);
   if (!change) return change;
@@ -483,7 +483,7 @@ Result<BodyChange> Document::act(const BodyAction& action, int threads) {
 }
 
 Status Document::cancel() {
-  if (open_step_ == 0) return wrong("no stroke is being made");
+  if (open_step_ == 0) return wrong("no stroke is in progress");
   const StepId id = open_step_;
   Status kept = commit("cancelling a stroke", [&]() -> Status {
     for (const char* sql : {"DELETE FROM tick WHERE step = ?", "DELETE FROM force WHERE step = ?",

@@ -105,7 +105,8 @@ class Document {
   // missing, or not what was written, when the document was opened. Empty if there is none.
   std::string damage() const { return damage_.empty() ? std::string() : damage_.front(); }
   // Ok if the rows of all steps on the path to `step` are what was written. load, load_at and
-  // load_bodies check it. For the head also: it is the step that was written.
+  // load_bodies check it. If `step` is the head, this also checks that it is the head that was
+  // written.
   Status check_rows(StepId step) const;
   // Tries to write everything into the file again. Errors: the file is still not writable; nothing
   // has changed.
@@ -150,7 +151,7 @@ class Document {
   // The model of the stock, even if its row is not what was written. For salvage.
   Result<std::unique_ptr<TriDexel>> load_stock() const;
   // The last step on the path to the head whose rows and data are what was written. Error: not even
-  // the stock does.
+  // those of the stock are.
   Result<StepId> last_whole() const;
   // For a document that is open for reading: sets the head for this object only.
   Status view_step(StepId step);
@@ -278,12 +279,12 @@ class Document {
   // hold them; otherwise empty. Error: a -wal or -journal file next to the document does not belong
   // to it.
   static Result<std::string> check_logs(const std::filesystem::path& path);
-  // Opens a private copy of the document and its logs. Error: as check_logs, no copy is possible,
-  // or, unless `may_be_held`, a process writes the file.
+  // Opens a private copy of the document and its logs. Errors: those of check_logs; no copy is
+  // possible; a process writes the file and `may_be_held` is false.
   static Result<Database> open_copy(const std::filesystem::path& path, bool may_be_held);
   // A sentence about pages that are missing at the end of the file; empty if none are.
   static std::string missing_pages(const std::filesystem::path& path);
-  // A value of the table `meta`; empty if there is none, or if it is no document of Kibori.
+  // A value of the table `meta`; empty if there is none, or if it is not a document of Kibori.
   static std::string meta_of(Database& database, const char* key);
   // True if the structure and the rows of a database are those of a complete document. The rows of
   // a newer format are not checked.
@@ -292,8 +293,8 @@ class Document {
   bool is_newer() const;  // than the formats that this version reads
   Status check_tables();
   Status read_tree();
-  // The first damage on the path to `step`; empty if there is none. row_fault: also if the file's
-  // head is lost.
+  // The first damage on the path to `step`; empty if there is none. row_fault: the same; for the
+  // head also damage() if the file's head is lost.
   std::string path_fault(StepId step) const;
   std::string row_fault(StepId step) const;
   // Adds a fault of a step (0: of no certain step) that was found when the document was opened.

@@ -87,14 +87,13 @@ Status check_free(const std::filesystem::path& path) {
   std::error_code code;
   const std::string name = sanitize_message(path.string());
   if (std::filesystem::exists(path, code))
-    return Error{name + ": is there already; give another name or remove it"};
+    return Error{name + ": already exists; give another name or remove it"};
   for (const char* rest : {"-wal", "-journal"}) {
     const std::filesystem::path log = path.string() + rest;
     if (std::filesystem::exists(log, code) && std::filesystem::file_size(log, code) > 0)
-      return Error{
-          name + rest +
-          ": is there without its document, and holds the end of its last stroke; put the document "
-          "back beside it, or remove it"};
+      return Error{name + rest +
+                   ": its document is missing, and it contains the end of that document's last "
+                   "stroke; put the document back next to it, or remove it"};
     std::filesystem::remove(log, code);
   }
   std::filesystem::remove(path.string() + "-shm", code);
@@ -141,7 +140,7 @@ Document::~Document() {
 }
 
 Status Document::commit(const char* doing, const std::function<Status()>& change) {
-  if (!writes_) return wrong("is open for reading only");
+  if (!writes_) return wrong("is open read-only");
   bool disk_failed = false;
   Status done = try_commit(doing, change, disk_failed);
   if (done || !disk_failed || !may_go_to_memory_ || !unsaved_.empty()) return done;
@@ -167,7 +166,7 @@ Status Document::save_again() {
 }
 
 Status Document::move_to(const std::filesystem::path& path) {
-  if (!writes_) return wrong("is open for reading only");
+  if (!writes_) return wrong("is open read-only");
   if (Status s = flush(); !s) return s;
   if (Status s = save_copy(path); !s) return s;
   Result<std::unique_ptr<Document>> there = attach(path, nullptr);
@@ -222,12 +221,13 @@ Result<std::unique_ptr<Document>> Document::create(const std::filesystem::path& 
   // Complete or not at all: it is created next to `path`, and moved into place when it is a valid
   // document.
   const Result<std::filesystem::path> sibling = make_sibling(path);
-  if (!sibling) return Error{name + ": can't be made; is the folder there, and writable?"};
+  if (!sibling)
+    return Error{name + ": cannot be created; check that the folder exists and is writable"};
   const std::filesystem::path& part = sibling.value();
   Result<Database> made = Database::open(part, Database::Access::create, vfs);
   if (!made) {
     clear_away(part);
-    return Error{name + ": can't be made; is the folder there, and writable?"};
+    return Error{name + ": cannot be created; check that the folder exists and is writable"};
   }
   {
     std::unique_ptr<Document> document(new Document(storage_of(std::move(made).value())));
@@ -275,10 +275,10 @@ Result<std::unique_ptr<Document>> Document::create(const std::filesystem::path& 
     if (!filled) {
       document.reset();
       clear_away(part);
-      return Error{name + ": can't be made (" + filled.error() + ")"};
+      return Error{name + ": cannot be created (" + filled.error() + ")"};
     }
   }
-  if (!put_in_place(part, path)) return Error{name + ": can't be put in place"};
+  if (!put_in_place(part, path)) return Error{name + ": cannot be moved to its final name"};
   Result<std::unique_ptr<Document>> opened = open(path, Access::write, vfs);
   if (opened) opened.value()->remember(1, BodyList::of(model));
   return opened;
@@ -298,11 +298,11 @@ Result<std::unique_ptr<Document>> Document::open(const std::filesystem::path& pa
   if (Status s = document->read_tree(); !s) {
     if (missing_pages.empty()) return Error{s.error()};
     return document->wrong("is a damaged document: " + missing_pages +
-                           ", and nothing of it can be read");
+                           ", and it cannot be read at all");
   }
   if (access == Access::write && !document->damage().empty())
     return document->wrong("is a damaged document: " + document->damage() + "; 'kibori history " +
-                           name + " --salvage NEW.kibori' saves what is whole");
+                           name + " --salvage NEW.kibori' saves the undamaged steps");
   if (access == Access::write)
     if (Status s = document->prepare_writing(); !s) return Error{s.error()};
   if (Status s = document->recover(); !s) return Error{s.error()};
@@ -321,7 +321,7 @@ Result<std::unique_ptr<Document>> Document::attach(const std::filesystem::path& 
   if (!missing.value().empty())
     return Error{sanitize_message(path.string()) + ": is a damaged document: " + missing.value() +
                  "; 'kibori history " + sanitize_message(path.string()) +
-                 " --salvage NEW.kibori' saves what is whole"};
+                 " --salvage NEW.kibori' saves the undamaged steps"};
   std::error_code none;
   const bool log = std::filesystem::exists(
       std::filesystem::weakly_canonical(path, none).string() + "-wal", none);
@@ -332,7 +332,7 @@ Result<std::unique_ptr<Document>> Document::attach(const std::filesystem::path& 
   if (Status s = document->check_kind(); !s) return Error{s.error()};
   if (document->storage_->database.read_only())
     return document->wrong(
-        "can't be written, only read; look at it (--read-only), or copy it where it can be");
+        "is not writable; open it with --read-only, or copy it to a writable folder");
   if (Status s = document->look_for_log(log); !s) return Error{s.error()};
   return document;
 }
@@ -384,7 +384,7 @@ Status Document::check_kind() {
   const Result<int64_t> application = pragma("PRAGMA application_id");
   if (!application)
     return wrong((storage_->database.disk_failed()
-                      ? "can't be opened: its disk is full, or can't be read or written ("
+                      ? "can't be opened: its disk is full, not readable or not writable ("
                       : "is not a document of Kibori (") +
                  application.error() + ")");
   if (application.value() != kApplication) return wrong("is not a document of Kibori");
@@ -393,7 +393,7 @@ Status Document::check_kind() {
   version_ = version.value();
   if (is_newer())
     return wrong("was made by a newer Kibori (format " + std::to_string(version.value()) +
-                 ", this one reads " + std::to_string(kVersion) + "); use that");
+                 ", this one reads " + std::to_string(kVersion) + "); use that version");
   return check_tables();
 }
 
@@ -439,7 +439,7 @@ Status Document::check_tables() {
     if (!ours.value().count(table))
       return wrong("is not a document of Kibori: its " +
                    sanitize_message(std::get<0>(table) + " '" + std::get<1>(table)) +
-                   "' is not as Kibori makes it");
+                   "' differs from that of Kibori");
   for (const auto& table : ours.value())
     if (!found.value().count(table))
       return wrong("is a damaged document: it has no " + std::get<0>(table) + " '" +
@@ -466,7 +466,7 @@ Status read_lattice(Database& database, Lattice& lattice) {
                                  return Ok{};
                                });
   if (!done || placed) return done;
-  return Error{"it does not say where its rays are"};
+  return Error{"the position of its rays is missing or invalid"};
 }
 
 // The body of each stroke's settings. Errors in settings are reported when they are read.
@@ -513,7 +513,7 @@ Status read_steps(Database& database, std::map<StepId, Step>& steps, const OnFau
             step.stock ? step.parent == 0 && steps.empty() : steps.count(step.parent) != 0;
         // Each step must be unique and follow its parent. Therefore, there are no cycles.
         if (step.id < 1 || step.id > kMaxSteps || !known || steps.count(step.id)) {
-          fault(0, "step " + std::to_string(step.id) + " follows none that is there");
+          fault(0, "step " + std::to_string(step.id) + " has no parent step in the file");
           return Ok{};
         }
         if (const auto parent = steps.find(step.parent);
@@ -523,7 +523,7 @@ Status read_steps(Database& database, std::map<StepId, Step>& steps, const OnFau
         steps[step.id] = step;
         return Ok{};
       });
-  if (steps.empty()) return Error{done ? "it has no stock" : done.error()};
+  if (steps.empty()) return Error{done ? "its stock is missing" : done.error()};
   if (!done)
     fault(0, "steps after " + std::to_string(steps.rbegin()->first) + " can't be read (" +
                  done.error() + ")");
@@ -575,7 +575,7 @@ Status Document::read_tree() {
       fault(0, "its bodies can't be read (" + done.error() + ")");
   head_lost_ = !steps_.count(head_);
   if (head_lost_) {
-    fault(0, "it is at step " + std::to_string(head_) + ", which is not there");
+    fault(0, "its current step " + std::to_string(head_) + " is missing");
     head_ = steps_.rbegin()->first;
   }
   active_ = active_at(head_);
@@ -596,7 +596,7 @@ Status Document::read_tree() {
     if (box)
       add_checkpoint(step, box.value());
     else
-      fault(step, "step " + std::to_string(step) + " has tiles that lie nowhere");
+      fault(step, "step " + std::to_string(step) + " has tiles without valid bounds");
     return Ok{};
   });
   if (!checkpoints_.count(steps_.begin()->first))
@@ -695,7 +695,7 @@ Status Document::save_copy(const std::filesystem::path& path) const {
     clear_away(part);
     return Error{name + ": can't be written (" + copied.error() + ")"};
   }
-  if (!put_in_place(part, path)) return Error{name + ": can't be put in place"};
+  if (!put_in_place(part, path)) return Error{name + ": cannot be moved to its final name"};
   return Ok{};
 }
 

@@ -57,7 +57,8 @@ uint32_t big_endian(const uint8_t* bytes) {
   return uint32_t{bytes[0]} << 24 | uint32_t{bytes[1]} << 16 | uint32_t{bytes[2]} << 8 | bytes[3];
 }
 
-// Size of the file by its header (https://www.sqlite.org/fileformat2.html); 0 if it does not say.
+// Size of the file by its header (https://www.sqlite.org/fileformat2.html); 0 if the header does
+// not state it.
 struct Pages {
   uint64_t count = 0, size = 0;
 };
@@ -72,7 +73,7 @@ Pages pages_of(const fs::path& path) {
 }
 
 // The bytes of a write-ahead log up to the end of its first commit
-// (https://www.sqlite.org/walformat.html); 0 if it has none. SQLite checks what is read from there.
+// (https://www.sqlite.org/walformat.html); 0 if it has none. SQLite checks the content.
 uint64_t first_commit_end(const fs::path& log) {
   constexpr uint64_t kHeader = 32, kFrameHeader = 24;
   std::ifstream file(log, std::ios::binary);
@@ -105,11 +106,11 @@ struct Commit {
 };
 
 // Whether a log belongs to a document. `alone` is the last commit in the document without the log,
-// `first` and `last` are the document's commits after the log's first and last. The log is its own
-// if the document is at the commit before `first`, or at one of the log's.
+// `first` and `last` are the document's commits after the log's first and last. The log belongs to
+// the document if `alone` is the commit before `first`, or a commit of the log.
 enum class LogOwner { own, foreign, unknown };
 LogOwner owner_of_log(const Commit& alone, const Commit& first, const Commit& last) {
-  // The log was written by a program that does not count.
+  // The log was written by a program that does not number its commits.
   if (first.text == alone.text || first.session.empty()) return LogOwner::unknown;
   if (!first.before.empty() && first.before == alone.id()) return LogOwner::own;
   const bool after_first = alone.session == first.session && alone.number >= first.number - 1;
@@ -161,12 +162,12 @@ Result<Copy> copy_of(const fs::path& path, bool may_be_held) {
     }
     if (!done)
       return Error{name +
-                   ": it was not closed, so it is read from a copy, and that can't be made in "
-                   "the temporary folder (" +
-                   done.error() + "); let TMPDIR name a folder with room"};
+                   ": it was not closed, so it must be read from a copy, but the copy cannot be "
+                   "written to the temporary folder (" +
+                   done.error() + "); set TMPDIR to a folder with free space"};
     if (stamps(path) == before && (may_be_held || !FileLock::held(path))) return copy;
   }
-  return Error{name + ": is being changed by another program; try again when that is done"};
+  return Error{name + ": another program is changing it; try again later"};
 }
 
 }  // namespace
@@ -227,14 +228,14 @@ Result<Database> Document::open_copy(const fs::path& path, bool may_be_held) {
   }
   LogOwner owner = logged || journaled ? LogOwner::unknown : LogOwner::own;
   Result<Database> alone = Database::open(copy, Database::Access::frozen);
-  if (!alone) return Error{name + ": can't be opened"};
+  if (!alone) return Error{name + ": cannot be opened"};
   Commit first{""};
   if (logged) {
     std::error_code code;
     fs::rename(log, all, code);
     fs::copy_file(all, log, code);
     fs::resize_file(log, first_commit_end(all), code);
-    if (code) return Error{name + ": can't be copied (" + code.message() + ")"};
+    if (code) return Error{name + ": cannot be copied (" + code.message() + ")"};
     if (Result<Database> begun = Database::open(copy, Database::Access::read)) {
       begun.value().keep_log();
       first = Commit(meta_of(begun.value(), "commit"));
@@ -246,11 +247,12 @@ Result<Database> Document::open_copy(const fs::path& path, bool may_be_held) {
   // SQLite changes the copy at once if there is a journal.
   bool alone_complete = journaled && is_complete(alone.value());
   Result<Database> whole = Database::open(copy, Database::Access::read);
-  if (!whole) return Error{name + ": can't be opened"};
+  if (!whole) return Error{name + ": cannot be opened"};
   whole.value().stands_for(name, copied.value().folder);
   if (logged) owner = owner_of_log(before, first, Commit(meta_of(whole.value(), "commit")));
   if (owner != LogOwner::own && !journaled) alone_complete = is_complete(alone.value());
-  // Without a count, or with a torn one, the log is the document's own if it makes it complete.
+  // If the numbers of the commits do not decide it, the log belongs to the document if the document
+  // is complete with it.
   if (owner == LogOwner::unknown)
     owner = !alone_complete || is_complete(whole.value()) ? LogOwner::own : LogOwner::foreign;
   else if (owner == LogOwner::foreign && !alone_complete && is_complete(whole.value()))
@@ -260,7 +262,7 @@ Result<Database> Document::open_copy(const fs::path& path, bool may_be_held) {
   return Error{name + ": " + other +
                " next to it belongs to another document or to another state of this one, and would "
                "damage it; nothing was changed; move " +
-               other + " to another folder, or put the document that it belongs to back"};
+               other + " to another folder, or put the document back that it belongs to"};
 }
 
 Result<std::string> Document::check_logs(const fs::path& path) {
@@ -285,7 +287,7 @@ Result<std::unique_ptr<Document>> Document::attach_reader(const fs::path& path, 
   const bool left = was_left();
   Result<Database> database =
       left ? open_copy(path, false) : Database::open(path, Database::Access::read, vfs);
-  // A folder where nobody may write, and a writer in another place.
+  // The folder is read-only, and a process elsewhere writes the document.
   if (!left && held && database && database.value().disk_failed()) database = open_copy(path, true);
   if (!database) return Error{database.error()};
   // A log may hold the missing pages.
@@ -300,7 +302,7 @@ Result<std::unique_ptr<Document>> Document::attach_reader(const fs::path& path, 
   const auto refused = [&](const Status& fault) {
     return cut.empty() ? Error{fault.error()}
                        : document->wrong("is a damaged document: " + cut +
-                                         ", and nothing of it can be read");
+                                         ", and it cannot be read at all");
   };
   if (Status s = document->check_kind(); !s) return refused(s);
   if (Status s = document->look_for_log(held || fs::exists(document->storage_->log, none)); !s)

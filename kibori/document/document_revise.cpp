@@ -9,18 +9,18 @@
 namespace kibori {
 
 Status Document::revise(StepId step, const BodyAction& action, int threads) {
-  if (!writes_) return wrong("is open for reading only");
-  if (open_step_ != 0) return wrong("a stroke is being made; finish or cancel it first");
+  if (!writes_) return wrong("is open read-only");
+  if (open_step_ != 0) return wrong("a stroke is in progress; finish or cancel it first");
   const StepId was = head_;
   const Result<std::vector<StepId>> path = path_to(was);
   if (!path) return Error{path.error()};
   const std::vector<StepId>& path_steps = path.value();
   const auto at = std::find(path_steps.begin(), path_steps.end(), step);
   if (at == path_steps.end())
-    return wrong("step " + std::to_string(step) + " is not on the way to here");
+    return wrong("step " + std::to_string(step) + " is not on the path to the current step");
   if (!steps_.at(step).action)
     return wrong("step " + std::to_string(step) +
-                 " is no work on bodies; only that can be revised");
+                 " is not an action on bodies; only such a step can be revised");
   const auto restore = [&](StepId there) -> Status {
     const Result<Checkout> to = checkout(there);
     return to ? commit_checkout(to.value()) : Status(Error{to.error()});
@@ -31,7 +31,7 @@ Status Document::revise(StepId step, const BodyAction& action, int threads) {
   for (auto next = std::next(at); all && next != path_steps.end(); ++next)
     if (const Status again = do_again(*next, threads); !again)
       all = Error{"step " + std::to_string(*next) +
-                  " can't be done after that any more: " + again.error()};
+                  " cannot be repeated after the change: " + again.error()};
   if (all) return all;
   Status back = restore(was);
   return back ? all : back;
@@ -52,7 +52,7 @@ Status Document::carve_again(StepId step, const StrokeSettings& settings) {
   const Result<Pose> from = start(step);
   if (!from) return Error{from.error()};
   const BodyList* const state = state_of(head_);
-  if (!state) return wrong("no model of it is worked on");
+  if (!state) return wrong("none of its models is loaded");
   const Body& now = *state->find(active_);
   TriDexel model(now.model, now.material_bounds);
   Workbench bench(model);

@@ -37,13 +37,14 @@ Result<uint64_t> seal_of_stock(Database& database) {
   return hash.value();
 }
 
-// The key in `meta` of the commit that wrote the file last: the session and the number of the
-// commit in it, and for the first also the commit before it. It shows which file a log belongs to.
+// The key in `meta` of the last commit that wrote the file. The value has the session and the
+// commit's number in it. The first commit of a session also has the previous commit. It shows which
+// file a log belongs to.
 const char* const kCommit = "commit";
 
-const char* const kOtherVersions = "the versions are not those that were named";
+const char* const kOtherVersions = "the named versions were changed";
 
-// Each step number has another one, so that a changed number is detected.
+// Hash of the head's step number. It differs for each number, so that a changed number is detected.
 std::string seal_of_head(const std::string& head) {
   Hash hash;
   add(hash, head);
@@ -237,7 +238,8 @@ Status Document::check_seals(
                                         blocks_of(written));
     if (hash_text(sealed) + blocks_of(written) != written)
       wrong(step,
-            ": its label, time, settings, figures or the step before it are not what was written");
+            ": its label, time, settings, numbers or parent step were changed since they were "
+            "written");
     chain = chained(chain.value(), sealed);
     count++;
     seals.emplace(step, std::move(written));
@@ -250,16 +252,16 @@ Status Document::check_seals(
   if (!sealed || !last || !versions || !now) return Error{"the seals can't be read"};
   const long long written = std::strtoll(sealed.value().c_str(), nullptr, 10);
   if (count != written)
-    wrong_at(0,
-             "it has " + std::to_string(count) + " finished steps of " + std::to_string(written));
+    wrong_at(0, "it has only " + std::to_string(count) + " of " + std::to_string(written) +
+                    " finished steps");
   else if (rows_hold && last.value() != hash_text(chain.value()))
     wrong_at(steps_.begin()->first,
-             "the lattice, the stock or the order of the steps is not what was written");
+             "the lattice, the stock or the order of the steps was changed since it was written");
   if (versions.value() != now.value()) wrong_at(0, kOtherVersions);
   const Result<std::string> head = meta(database, "head"), stands = meta(database, "head_seal");
   if (!head || !stands) return Error{"the head can't be read"};
   if (!stands.value().empty() && stands.value() != seal_of_head(head.value()))
-    wrong_at(0, "the step that it is at is not the one that was written");
+    wrong_at(0, "its current step was changed since it was written");
   return Ok{};
 }
 
@@ -324,10 +326,10 @@ Status Document::look_for_log(bool there) {
   if (!marked) return wrong("is a damaged document (" + marked.error() + ")");
   // The next writer removes the log.
   if (!there && !marked.value().empty())
-    missing_ =
-        name() +
-        ": its last steps may be missing: what wrote it did not close it, and its -wal file is not "
-        "beside it; look for that and put it there before the document is opened for writing";
+    missing_ = name() +
+               ": its last steps may be missing: the program that wrote it did not close it, and "
+               "its -wal file is not next to it; find that file and put it there before you open "
+               "the document for writing";
   return Ok{};
 }
 

@@ -49,8 +49,8 @@ void Document::wait_for_tiles(StepId step, const BodyList& now) {
   LatticeBox bounds;
   for (const Body& body : now.all) bounds.include(body.material_bounds);
   material_bounds_.include(bounds);
-  // If a later step already stores tiles, this step stores none: the later tiles are differences to
-  // the state before it.
+  // If a later step already stores tiles, this step stores none. The later tiles are differences to
+  // the last stored state before this step.
   if (!writes_ || is_checkpoint(step) || before_checkpoints_.count(step) ||
       tiles_.size() >= kMaxWaiting)
     return;
@@ -283,8 +283,8 @@ Result<Document::TileMap> Document::other_tiles(StepId step,
 }
 
 Result<BodyList> Document::go_by_tiles(TriDexel& work, StepId step) const {
-  // Starts at the current state, or at the last step before it with tiles. That state must be known
-  // and near.
+  // Starts at the current step if it has tiles, or at the last step before it that has some. The
+  // state of that step must be in memory, and near.
   StepId from = head_;
   while (from != 0 && !is_checkpoint(from)) from = steps_.at(from).parent;
   const BodyList* const start = state_of(from);
@@ -330,7 +330,7 @@ Status Document::put_tiles(const TileMap& tiles, StepId step, BodyId body, TriDe
     if (body_of(number) != body) continue;
     Field& field = model.field(axis_of(number));
     if (u < 0 || v < 0 || u >= field.tiles_u() || v >= field.tiles_v())
-      return wrong("is a damaged document: a tile lies outside of it");
+      return wrong("is a damaged document: a tile is outside its lattice");
     const int tu = static_cast<int>(u), tv = static_cast<int>(v);
     if (tile == 0) {
       field.clear_tile(tu, tv);
@@ -347,7 +347,7 @@ Status Document::put_tiles(const TileMap& tiles, StepId step, BodyId body, TriDe
     const Bytes data = read.value().bytes(1);
     if (hash_of(data) != read.value().integer(0))
       return wrong("is a damaged document: at step " + std::to_string(step) + ", tile " +
-                   std::to_string(tile) + " is not what was written");
+                   std::to_string(tile) + " was changed since it was written");
     const Status put = decode_tile(data, field, tu, tv);
     if (!put)
       return wrong("is a damaged document: at step " + std::to_string(step) + ", " + put.error());
@@ -361,7 +361,8 @@ Status Document::check_state(StepId step, const BodyList& now) const {
   const Step& written = steps_.at(step);
   // A stroke whose process ended has no hash yet.
   if ((!written.finished && written.hash == 0) || now.content_hash() == written.hash) return Ok{};
-  return wrong("is a damaged document: step " + std::to_string(step) + " is not what was written");
+  return wrong("is a damaged document: step " + std::to_string(step) +
+               " was changed since it was written");
 }
 
 Result<StepId> Document::last_whole() const {
@@ -372,7 +373,7 @@ Result<StepId> Document::last_whole() const {
     TriDexel work(lattice_);
     return path_fault(path_steps[i]).empty() && make_state(work, path_steps[i]).ok();
   };
-  // Damage affects all later steps, until its material is cut away. The search steps back by
+  // A damaged tile affects all later steps until a cut replaces it. The search steps back by
   // growing distances, then bisects.
   size_t good = 0, bad = path_steps.size();
   for (size_t back = 1;; back *= 2) {
@@ -382,7 +383,7 @@ Result<StepId> Document::last_whole() const {
       break;
     }
     bad = at;
-    if (at == 0) return wrong("is a damaged document, and no step of it is whole");
+    if (at == 0) return wrong("is a damaged document without an undamaged step");
   }
   while (bad - good > 1) {
     const size_t middle = good + (bad - good) / 2;
@@ -392,7 +393,7 @@ Result<StepId> Document::last_whole() const {
 }
 
 Status Document::view_step(StepId step) {
-  if (writes_) return wrong("is open for writing; go there");
+  if (writes_) return wrong("is open for writing; use go()");
   if (!steps_.count(step)) return wrong("has no step " + std::to_string(step));
   head_ = step;
   head_lost_ = false;
@@ -490,8 +491,8 @@ Result<Pose> Document::start(StepId step) const {
   return pose;
 }
 
-// Calls f(data, count) for the rows of `table` that belong to a step, in order. Error also: the
-// rows of a finished step are not those that were sealed.
+// Calls f(data, count) for the rows of `table` that belong to a step, in order. It is also an error
+// if the rows of a finished step differ from its seal.
 Status Document::for_blocks(BlockTable table, StepId step,
                             const std::function<Status(const Bytes&, int64_t)>& f) const {
   Result<Statement> read =
@@ -511,8 +512,8 @@ Status Document::for_blocks(BlockTable table, StepId step,
   const auto sealed = sealed_blocks_.find(step);
   if (done && sealed != sealed_blocks_.end() && steps_.at(step).finished &&
       hash.value() != sealed->second[static_cast<size_t>(table)])
-    done =
-        Error{"its rows of table '" + std::string(name_of(table)) + "' are not what was written"};
+    done = Error{"its rows of table '" + std::string(name_of(table)) +
+                 "' were changed since they were written"};
   if (done) return Ok{};
   return wrong("is a damaged document: step " + std::to_string(step) + ": " + done.error());
 }
@@ -642,7 +643,8 @@ Status verify_file(Database& database, const std::function<void(const std::strin
   if (!tiles) return Error{tiles.error()};
   return tiles.value().for_rows([&]() -> Status {
     if (hash_of(tiles.value().bytes(2)) != tiles.value().integer(1))
-      wrong_at("tile " + std::to_string(tiles.value().integer(0)) + " is not what was written");
+      wrong_at("tile " + std::to_string(tiles.value().integer(0)) +
+               " was changed since it was written");
     return Ok{};
   });
 }
@@ -677,10 +679,10 @@ Status verify_ticks(const Document& document, const Step& step, Workbench& bench
                std::to_string(step.ticks));
   if (other_forces > 0) {
     const std::string ticks_text =
-        which + ": the forces kept of " + std::to_string(other_forces) + " ticks ";
+        which + ": the stored forces of " + std::to_string(other_forces) + " ticks ";
     const Result<StrokeSettings> stroke = document.settings(step.id);
     if (!stroke || stroke.value().force.law.version == kForceVersion)
-      wrong_at(ticks_text + "are not those felt when carved again");
+      wrong_at(ticks_text + "differ from the forces of a replay");
     else if (note)
       note(ticks_text + "were computed by an older version of Kibori, and differ today");
   }
@@ -717,8 +719,8 @@ Status Document::verify(const std::function<void(const std::string&)>& wrong_at,
   for (const auto& [id, step] : steps_) children[step.parent]++;
   TriDexel model(lattice_);
   Workbench bench(model);
-  // The states by tiles, each made from that of the nearest earlier step with tiles. `later` counts
-  // the steps that still need it.
+  // The states that the stored tiles give. Each is made from the state of the nearest earlier step
+  // with tiles. `later` counts the steps that still need a state.
   TriDexel work(lattice_);
   std::map<StepId, StepId> base;  // 0: the stock
   std::map<StepId, int> later;
@@ -752,7 +754,7 @@ Status Document::verify(const std::function<void(const std::string&)>& wrong_at,
     } else {
       const auto before = states.find(step.parent);
       if (before == states.end()) {
-        wrong_at(which + " can't be carved, as the one before it can't be");
+        wrong_at(which + " cannot be carved again, because the step before it cannot");
         continue;
       }
       bench.set(before->second, active_at(step.parent));
@@ -771,20 +773,20 @@ Status Document::verify(const std::function<void(const std::string&)>& wrong_at,
         differ.insert(id);
         if (note)
           note(which +
-               " keeps a volume that an older version of Kibori measured: made again today, "
-               "it and what follows come out a little different");
+               " uses a volume that an older version of Kibori measured; a replay of it and of "
+               "later steps gives a slightly different model");
       } else {
-        wrong_at(which + " carved again is not what it was");
+        wrong_at(which + " differs from the recorded model when it is carved again");
       }
     }
     if (step.finished && bodies_to_json(now) != bodies_to_json(bodies_at(id)))
-      wrong_at(which + " done again leaves other bodies than were written");
+      wrong_at(which + " gives other bodies than recorded when it is repeated");
     if (is_checkpoint(id) && !step.stock) {
       const Result<BodyList> kept = tile_state(id);
       if (!kept)
         wrong_at(kept.error());
       else if (kept.value().content_hash() != step.hash)
-        wrong_at("the tiles kept at " + which + " are not its state");
+        wrong_at("the stored tiles of " + which + " differ from its model");
     }
     if (children[id] > 0) states[id] = now;
   }

@@ -44,8 +44,8 @@ Result<FileLock> FileLock::take(const std::filesystem::path& path) {
     const int file = ::open(lock.path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
     if (file < 0 && errno == EACCES && std::filesystem::exists(lock.path_, code))
       return Error{name + ": its lock " + sanitize_message(lock.path_) +
-                   " is another user's; close the document there, or remove that file"};
-    if (file < 0) return Error{name + ": can't be opened for writing"};
+                   " belongs to another user; close the document there, or remove that file"};
+    if (file < 0) return Error{name + ": cannot be opened for writing"};
     // Users who may write the document may also lock it.
     struct stat document = {};
     if (::stat(path.c_str(), &document) == 0)
@@ -56,8 +56,8 @@ Result<FileLock> FileLock::take(const std::filesystem::path& path) {
         std::this_thread::sleep_for(std::chrono::milliseconds(2));
         continue;
       }
-      return Error{name +
-                   ": is being written by another process; open it for reading, or close it there"};
+      return Error{
+          name + ": another process has it open for writing; open it read-only, or close it there"};
     }
     struct stat held = {}, there = {};
     if (::fstat(file, &held) == 0 && ::stat(lock.path_.c_str(), &there) == 0 &&
@@ -67,7 +67,7 @@ Result<FileLock> FileLock::take(const std::filesystem::path& path) {
     }
     ::close(file);
   }
-  return Error{name + ": can't be opened for writing"};
+  return Error{name + ": cannot be opened for writing"};
 }
 
 void FileLock::release() {

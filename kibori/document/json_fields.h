@@ -138,7 +138,7 @@ Status fields_from_json(const Json& json, const std::string& what, T& into) {
       if (found && found->is_boolean())
         value = found->get<bool>();
       else if (found && wrong.empty())
-        wrong = what + "'s " + field.key + " is not true or false";
+        wrong = what + "'s " + field.key + " must be true or false";
     } else if constexpr (std::is_same_v<Value, Rgb8>) {
       read_color(json, field.key, value);
     } else {

@@ -36,11 +36,11 @@ std::string settle(Document& document) {
     }
     const Status moved = document.move_to(other);
     if (moved)
-      return why + "; the file holds the beginning, and all of it is in " +
+      return why + "; the file contains only the beginning, and the complete document is in " +
              sanitize_message(other.string());
     tried += (tried.empty() ? "" : "; ") + moved.error();
   }
-  return why + "; the file holds the beginning, and the rest is lost (" + tried + ")";
+  return why + "; the file contains only the beginning, and the rest is lost (" + tried + ")";
 }
 
 void remove_document(const std::filesystem::path& path) {

@@ -12,12 +12,12 @@
 namespace kibori {
 namespace {
 
-// Layers of earlier cuts that a thread keeps. Rays of one tile ask the same few cuts.
+// Number of layers of earlier cuts that a thread keeps. Rays of one tile use the same few cuts.
 constexpr size_t kKeptLayers = 16;
 
 }  // namespace
 
-// What all cuts of a batch share.
+// Data that all cuts of a batch share.
 struct BatchCuts {
   std::span<const BatchCut> cuts;
   std::vector<Box> bounds;
@@ -108,7 +108,7 @@ void CutSums::add(const CutSums& other) {
 
 namespace {
 
-// What a cut removed from one tile.
+// The part that a cut removed from one tile.
 struct TileSums {
   uint32_t cut;
   CutSums sums;
@@ -177,7 +177,7 @@ class Batch {
             f(static_cast<uint32_t>(i), static_cast<size_t>(tv * tiles_u + tu));
       }
     };
-    // Counts, then places, then the numbers of the cuts.
+    // First the number of cuts per tile, then their places, then the indices of the cuts.
     std::vector<size_t> end(static_cast<size_t>(tiles_u * field.tiles_v()), 0);
     each_tile([&](uint32_t, size_t tile) { end[tile]++; });
     size_t all = 0;
@@ -195,7 +195,8 @@ class Batch {
   }
 
   // A second writer of each field takes its memory under a lock, so any number of threads may use
-  // it. Its tiles are made writable before. The model still shows the state before the batch.
+  // it. Its tiles are made writable before the threads start. Meanwhile the model shows the state
+  // before the batch.
   void run_on_threads() {
     std::vector<Field> writers;
     for (const Axis axis : kAxes) writers.emplace_back(model_.field(axis).snapshot());
@@ -257,7 +258,7 @@ class Batch {
   int threads_;
   BatchCuts all_;
   std::vector<Motion> motions_;
-  std::array<std::vector<uint32_t>, 3> numbers_;  // of the cuts, tile by tile
+  std::array<std::vector<uint32_t>, 3> numbers_;  // sums of the cuts, tile by tile
   std::vector<TileTask> tasks_;
 };
 

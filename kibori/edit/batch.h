@@ -8,9 +8,9 @@
 // are made tile by tile and added in the order of fields and tiles. So they depend neither on the
 // number of threads nor on how cuts are divided into batches.
 //
-// The sums of the x and y fields look at the z field, where an end lies on a node. One by one they
-// see it before their own cut. In a batch they see it before the whole batch, and ask the earlier
-// cuts themselves (removed_earlier).
+// If an end is on a node, the sums of the x and y fields read the z field. One by one, that is the
+// z field before their own cut. In a batch, it is the z field before the whole batch, so the
+// earlier cuts are checked too (removed_earlier).
 #pragma once
 
 #include <array>
@@ -28,7 +28,7 @@ struct BatchCut {
   const Solid* solid = nullptr;
   // Point about which moments are computed [lattice units].
   LatticePoint reference;
-  // Direction of the motion, for nothing but the sums of chips. Zero: none.
+  // Direction of the motion, used only for the sums of chips. Zero: none.
   LatticeVector shift;
   bool writes = true;  // false: computes what a cut would remove at this place of the order
   bool chip = false;   // also computes second moments
@@ -44,8 +44,8 @@ struct CutSums {
   void add(const CutSums& other);
 };
 
-// Fields that a batch edits. A model whose x and y fields are not edited has a z field only: no
-// surface can be made of it, and sums count the z field's share.
+// Fields that a batch edits. If only the z field is edited, the model has no surface, and sums
+// count only the z field's share.
 enum class BatchFields { all, z_only };
 
 struct BatchOptions {

@@ -57,7 +57,7 @@ using TileDone = std::function<void(Axis axis, int tu, int tv)>;
 struct EditOptions {
   Motion motion;
   int threads = 1;
-  // For edits that write: called after each tile in the solid's bounds; null: no call.
+  // Edits that write call this after each tile in the solid's bounds; null: no call.
   const TileDone* tile_done = nullptr;
 };
 
@@ -66,7 +66,8 @@ void cut(TriDexel& model, const Solid& solid, const EditOptions& options, Remove
 void deposit(TriDexel& model, const Solid& solid, uint8_t material, const EditOptions& options,
              Removed& removed);
 void intersect(TriDexel& model, const Solid& solid, const EditOptions& options, Removed& removed);
-// `off`: the same state as `model` beforehand. Both get the same new ends, bit for bit.
+// Parts `model` by the solid: `off` keeps what is inside. `off` must begin in the same state as
+// `model`. Both get the same new ends, bit for bit.
 void part(TriDexel& model, TriDexel& off, const Solid& solid, const EditOptions& options,
           Removed& from_model, Removed& from_off);
 void paint(TriDexel& model, const Solid& solid, Color color, const EditOptions& options,

@@ -77,7 +77,7 @@ class Grain {
  private:
   struct Kind {
     bool has_effect = false;
-    double along = 1;  // u_along over u
+    double along = 1;  // ratio of u_along to u
     double ring = 0;
   };
   const Kind& kind(uint8_t material) const {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Sums over what an edit removed or added, by material, in lattice units. They suffice to compute
-// each force model without the model.
+// Sums over what an edit removed or added, by material, in lattice units. Every force model needs
+// only these sums, not the solid.
 #pragma once
 
 #include <array>
@@ -41,8 +41,8 @@ struct RemovedPart {
   std::array<int64_t, 3> node_sum;  // sums of their indices
   double correction;                // of the ends of all fields
   Vec3 moment;                      // first moment of the volume about Motion::reference
-  // Wood with a grain (edit/grain.h): the same sums, each element weighted by its resistance over
-  // its material's u. Valid if `weighted`.
+  // Wood with a grain (edit/grain.h): the same sums, each element weighted by the ratio of its
+  // resistance to its material's u. Valid if `weighted`.
   bool weighted;
   double weighted_volume;
   Vec3 weighted_moment;
@@ -89,7 +89,7 @@ struct RemovedPart {
 
   // The sum over edits equals the missing volume.
   double volume() const { return static_cast<double>(points) + correction; }
-  // Volume weighted by resistance over the material's u, and its first moment.
+  // Volume weighted by the ratio of the resistance to the material's u, and its first moment.
   double resisting() const { return weighted ? weighted_volume : volume(); }
   const Vec3& resisting_moment() const { return weighted ? weighted_moment : moment; }
   void start_weighted_sums() {

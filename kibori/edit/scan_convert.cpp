@@ -468,9 +468,8 @@ std::string ScanReport::warning() const {
   if (!repaired()) return {};
   char text[256];
   std::snprintf(text, sizeof text,
-                "the mesh is not closed: %lld of %lld rays stay open; repaired by vote of the "
-                "three directions, %lld "
-                "nodes outvoted, %lld ends placed between nodes",
+                "the mesh is not closed: %lld of %lld rays stay open; repaired by a vote of the "
+                "three directions, %lld nodes outvoted, %lld ends placed between nodes",
                 static_cast<long long>(open_rays), static_cast<long long>(rays),
                 static_cast<long long>(outvoted), static_cast<long long>(placed_ends));
   return text;
@@ -496,9 +495,9 @@ Result<ScanReport> scan_convert(TriDexel& model, const TriangleMesh& mesh, uint8
   ScanReport report;
   for (const RayTable& table : tables) {
     if (table.too_often)
-      return Error{
-          "its surfaces cross the rays " + std::to_string(kMaxCrossingsARay) +
-          " times and more on average, as where many copies lie in one place; remove those"};
+      return Error{"its surfaces cross the rays " + std::to_string(kMaxCrossingsARay) +
+                   " times or more on average, which may be caused by many copies in one place; "
+                   "remove these"};
     if (table.too_many) {
       char text[240];
       std::snprintf(
@@ -519,7 +518,7 @@ Result<ScanReport> scan_convert(TriDexel& model, const TriangleMesh& mesh, uint8
   if (broken > kMaxBrokenShare && !options.force) {
     return Error{
         percent(broken) +
-        " of the rays that meet the mesh find it open (holes, or triangles that face both ways); "
+        " of the rays that meet the mesh are open (holes, or triangles with mixed directions); "
         "close it first, or let a vote of the three directions repair it (command line: --force)"};
   }
   const std::array<std::vector<Toggle>, 3> wrong = Vote(tables).count();

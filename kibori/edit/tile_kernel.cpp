@@ -65,8 +65,8 @@ struct Overlap {
   bool tool_lo, tool_hi;
   bool added = false;
 };
-// Whose end is tied to a node of a ray along x or y: the material's, whose end vanishes; the
-// tool's, which is an end from now on; or the material's that a deposit touches exactly.
+// The kind of an end that is tied to a node of a ray along x or y. material: it vanishes. tool: it
+// is new. met: an end of the material that a deposit touches exactly.
 enum class EndOf : uint8_t { material, tool, met };
 inline EndOf end_of(bool by_tool, bool added) {
   return by_tool ? EndOf::tool : added ? EndOf::met : EndOf::material;
@@ -305,7 +305,7 @@ struct Sums {
     weighted_v = hn::Add(weighted_v, hn::Mul(more, F(kRowNumber[row])));
     weighted_t2 = hn::Add(weighted_t2, hn::Mul(all_t2, by));
   }
-  // Resistance over u, from the rings in each overlap.
+  // Ratio of the resistance to u, from the rings in each overlap.
   static HWY_INLINE VF Resistance(const TileJob& job, size_t row, size_t g, MF hit, VF lo, VF hi) {
     const DF d;
     const auto ring = static_cast<float>(job.request.motion->grain->ring(job.sums_material));
@@ -327,7 +327,8 @@ struct Sums {
     const RayTile& rays = job.rays;
     const double sign = negative ? -1 : 1, u0 = sign * rays.u0, v0 = sign * rays.v0;
     const size_t at = g * kLanes;
-    // Adds a sum, the same by rows, and by twice the depth. `of` is the first of its four.
+    // Adds a sum, the sum weighted by row, and the sum weighted by twice the depth. `of` is the
+    // index of the first of four totals.
     const auto add = [&](size_t of, VF sum, VF by_v, VF by_t2) HWY_ATTR {
       AddDoubles(to.of[of] + at, sum, sign);
       AddDoubles(to.of[of + 1] + at, sum, u0);
@@ -510,7 +511,7 @@ void AddScalarSums(TileJob& job, bool growing) {
                     true,
                     true,
                     true};
-        // As MeetEnds.
+        // The same rule as in MeetEnds.
         bool covered_lo = false, covered_hi = false;
         for (const Plane* p = &job.tile->first; p; p = p->next) {
           covered_lo |= p->in[slot] == all.lo;
@@ -1133,7 +1134,7 @@ FieldDirection direction_in_field(const TileJob& job) {
           static_cast<float>(shift[depth_index(axis)] / length)};
 }
 
-// Resistance over the material's u, for a piece with the share `late` of late wood.
+// Ratio of the resistance to the material's u, for a piece with the share `late` of late wood.
 static double grain_resistance(const TileJob& job, uint8_t material, double across2, double late) {
   const Grain& grain = *job.request.motion->grain;
   return grain.by_direction(material, across2) * (1 + grain.ring(material) * (late - kMeanLate));

@@ -29,11 +29,12 @@ static_assert(std::endian::native == std::endian::little);
 
 constexpr std::string_view kGlbMagic = "glTF", kJsonChunk = "JSON", kBinChunk = {"BIN\0", 4};
 constexpr size_t kGlbHeader = 12, kChunkHeader = 8;
-constexpr size_t kShownJsonBytes = 120;  // of what the JSON parser says: it repeats what it read
+constexpr size_t kShownJsonBytes =
+    120;  // max length of the JSON parser's message, which quotes the file
 constexpr double kMmPerMetre = 1000;
 constexpr std::string_view kDraco = "KHR_draco_mesh_compression";
 
-// Internal to this file: it stops the parser wherever it is, and becomes an Error at the end.
+// Internal to this file. It stops the parser at any place, and is converted to an Error at the end.
 struct Refusal : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -85,17 +86,17 @@ const Json& list(const Json& object, const char* key) {
 
 Json parse_object(std::string_view text) {
   text = without_bom(text);
-  while (!text.empty() && is_space(text.back())) text.remove_suffix(1);  // NUL pads some files
-  // Nothing that is read here needs letters beyond ASCII, and names in other encodings are no
-  // reason to refuse a file.
+  while (!text.empty() && is_space(text.back()))
+    text.remove_suffix(1);  // some files are padded with NUL
+  // No text that is used here needs letters beyond ASCII, so names in other encodings are accepted.
   std::string ascii(text);
   for (char& c : ascii)
     if (static_cast<unsigned char>(c) >= 0x80) c = '?';
   std::string why;
   Json json = parse_json(ascii, &why);
   if (json.is_discarded())
-    throw Refusal("its JSON is wrong (" + why.substr(0, kShownJsonBytes) + "); export it again");
-  if (!json.is_object()) throw Refusal("its JSON is no object; export it again");
+    throw Refusal("its JSON is invalid (" + why.substr(0, kShownJsonBytes) + "); export it again");
+  if (!json.is_object()) throw Refusal("its JSON is not an object; export it again");
   return json;
 }
 
@@ -103,7 +104,7 @@ Json parse_object(std::string_view text) {
 
 struct Container {
   std::string_view json;
-  std::optional<std::string_view> bytes;  // of the first buffer
+  std::optional<std::string_view> bytes;  // data of the first buffer
 };
 
 uint32_t number_at(std::string_view bytes, size_t at) {
@@ -117,7 +118,7 @@ Container open_container(std::string_view bytes) {
     const std::string_view text = without_bom(bytes);
     const size_t first = text.find_first_not_of(" \t\r\n");
     if (first != std::string_view::npos && text[first] == '{') return {text, std::nullopt};
-    throw Refusal("a GLB file begins with 'glTF'; is it one?");
+    throw Refusal("it does not begin with 'glTF'; check that it is a GLB file");
   }
   if (bytes.size() < kGlbHeader + kChunkHeader) throw Refusal("is cut short; export it again");
   if (const uint32_t version = number_at(bytes, 4); version != 2)
@@ -261,7 +262,7 @@ class GlbParser {
   TriangleMesh run() {
     check_version();
     check_extensions();
-    std::vector<std::pair<size_t, Eigen::Matrix4d>> open;  // nodes, and what is above them
+    std::vector<std::pair<size_t, Eigen::Matrix4d>> open;  // nodes, and the transforms above them
     const std::vector<uint64_t> roots = find_roots();
     for (auto root = roots.rbegin(); root != roots.rend(); ++root)
       open.emplace_back(*root, Eigen::Matrix4d::Identity());
@@ -271,8 +272,9 @@ class GlbParser {
       const auto [index, above] = open.back();
       open.pop_back();
       const std::string where = "node " + std::to_string(index);
-      if (index >= nodes.size()) throw Refusal(where + " is named, but not there; export it again");
-      if (seen[index]) throw Refusal(where + " is in two places of the scene; export it again");
+      if (index >= nodes.size())
+        throw Refusal(where + " is referenced but missing; export it again");
+      if (seen[index]) throw Refusal(where + " occurs twice in the scene; export it again");
       seen[index] = true;
       const Json& node = nodes[index];
       const Eigen::Matrix4d to_world = above * transform_of(node, where);
@@ -281,13 +283,13 @@ class GlbParser {
       const Json& children = list(node, "children");
       for (size_t i = children.size(); i > 0; i--) {
         const std::optional<uint64_t> child = whole(children[i - 1]);
-        if (!child) throw Refusal(where + " has a child that is no number; export it again");
+        if (!child) throw Refusal(where + " has a child that is not a number; export it again");
         open.emplace_back(*child, to_world);
       }
     }
     if (mesh_.triangles.empty())
-      throw Refusal(points_ ? "holds no triangles, only points or lines; export it with faces"
-                            : "holds no triangles in its scene; export it with a mesh");
+      throw Refusal(points_ ? "has no triangles, only points or lines; export it with faces"
+                            : "has no triangles in its scene; export it with a mesh");
     if (points_) note("its points and lines are left out");
     return std::move(mesh_);
   }
@@ -301,7 +303,7 @@ class GlbParser {
     const Json& all = list(json_, key);
     if (index >= all.size() || !all[index].is_object())
       throw Refusal(std::string("number ") + std::to_string(index) + " of '" + key +
-                    "' is named, but not there; export it again");
+                    "' is referenced but missing; export it again");
     return all[index];
   }
 
@@ -311,7 +313,7 @@ class GlbParser {
       throw Refusal("has version " + in_quotes(version) + " of glTF; export it as version 2.0");
   }
 
-  // Whether an extension changes no triangle.
+  // True if an extension changes no triangle.
   static bool is_harmless(std::string_view extension) {
     for (const std::string_view prefix :
          {"KHR_materials_", "EXT_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_",
@@ -325,7 +327,7 @@ class GlbParser {
   [[noreturn]] static void refuse(const std::string& extension) {
     if (extension == kDraco || is_meshopt(extension))
       throw Refusal("its mesh is compressed with " + in_quotes(extension) +
-                    ", which Kibori does not unpack; export it without compression of meshes");
+                    ", which Kibori does not read; export it without mesh compression");
     throw Refusal("needs the extension " + in_quotes(extension) +
                   ", which Kibori does not read; export it without that extension");
   }
@@ -340,7 +342,7 @@ class GlbParser {
         note("its extension " + in_quotes(used) + " is ignored");
   }
 
-  // The nodes of the default scene; without scenes, those that no node names.
+  // The nodes of the default scene. Without scenes: the nodes that are no node's child.
   std::vector<uint64_t> find_roots() {
     const Json& scenes = list(json_, "scenes");
     std::vector<uint64_t> roots;
@@ -361,7 +363,7 @@ class GlbParser {
            " scenes is read");
     for (const Json& root : list(item("scenes", which), "nodes")) {
       const std::optional<uint64_t> index = whole(root);
-      if (!index) throw Refusal("its scene has a node that is no number; export it again");
+      if (!index) throw Refusal("its scene has a node that is not a number; export it again");
       roots.push_back(*index);
     }
     return roots;
@@ -421,7 +423,7 @@ class GlbParser {
     if (mode > kFan)
       throw Refusal(where + " has mode " + std::to_string(mode) + ", which glTF does not know");
     const Json& attributes = member(primitive, "attributes");
-    if (member(attributes, "POSITION").is_null()) return;  // it has no place, as glTF says
+    if (member(attributes, "POSITION").is_null()) return;  // no geometry, according to glTF
     const bool packed = !member(member(primitive, "extensions"), kDraco.data()).is_null();
     const Accessor points = accessor(whole_member(attributes, "POSITION", where), 3, packed);
     std::vector<uint32_t> corners;
@@ -434,23 +436,24 @@ class GlbParser {
         const double index = indices.at(i, 0);
         if (!(index >= 0 && index < static_cast<double>(points.count)) ||
             index != std::floor(index))
-          throw Refusal(where + ": index " + std::to_string(i) + " names vertex " +
-                        std::to_string(static_cast<int64_t>(index)) + ", and there are " +
-                        std::to_string(points.count) + "; export it again");
+          throw Refusal(where + ": index " + std::to_string(i) + " refers to vertex " +
+                        std::to_string(static_cast<int64_t>(index)) +
+                        ", but the number of vertices is " + std::to_string(points.count) +
+                        "; export it again");
         corners.push_back(static_cast<uint32_t>(index));
       }
     }
     if (mode == kTriangles && corners.size() % 3 != 0)
       throw Refusal(where + " has " + std::to_string(corners.size()) +
-                    " corners, which is no multiple of three; export it again");
+                    " corners, which is not a multiple of three; export it again");
     if (corners.size() < 3) return;
     const size_t triangles = mode == kTriangles ? corners.size() / 3 : corners.size() - 2;
     if (mesh_.triangles.size() + triangles > kMaxImportTriangles)
-      throw Refusal("holds more triangles than can be read (100 million); export fewer");
+      throw Refusal("has more than 100 million triangles; export fewer");
     const std::vector<uint32_t> placed = add_vertices(points, corners, to_world, where);
     const bool mirrored = to_world.topLeftCorner<3, 3>().determinant() < 0;
     const auto add = [&](size_t a, size_t b, size_t c) {
-      // In a strip or a fan such a triangle only leads to the next.
+      // In a strip or a fan, a degenerate triangle only connects to the next one.
       if (mode != kTriangles &&
           (corners[a] == corners[b] || corners[b] == corners[c] || corners[c] == corners[a]))
         return;
@@ -466,15 +469,15 @@ class GlbParser {
         add(i + 1, i + 2, 0);
   }
 
-  // Appends the vertices that corners name, and returns the new number of each corner's. Parts of
-  // many programs share one list of vertices, of which each part needs a few.
+  // Appends the vertices that `corners` refer to. Returns the new index of each corner. In files of
+  // many programs, parts share one list of vertices and use a few of them each.
   std::vector<uint32_t> add_vertices(const Accessor& points, const std::vector<uint32_t>& corners,
                                      const Eigen::Matrix4d& to_world, const std::string& where) {
     std::vector<uint32_t> used = corners;
     std::ranges::sort(used);
     used.erase(std::unique(used.begin(), used.end()), used.end());
     if (mesh_.vertices.size() + used.size() > 3 * kMaxImportTriangles)
-      throw Refusal("holds more vertices than can be read (300 million); export fewer");
+      throw Refusal("has more than 300 million vertices; export fewer");
     const size_t first = mesh_.vertices.size();
     for (const uint32_t i : used) {
       const Eigen::Vector4d at(points.at(i, 0), points.at(i, 1), points.at(i, 2), 1);
@@ -519,7 +522,7 @@ class GlbParser {
 
   struct View {
     std::string_view bytes;
-    size_t stride;  // 0: none is given
+    size_t stride;  // 0: not given
   };
   View view(uint64_t index) {
     const Json& about = item("bufferViews", index);
@@ -554,7 +557,8 @@ class GlbParser {
                   ", which glTF does not know; export it again");
   }
 
-  // `packed`: the primitive is compressed, too, and the accessor is for readers that can't unpack.
+  // `packed`: the primitive is also stored compressed. The accessor is then for readers that cannot
+  // decompress.
   Accessor accessor(uint64_t index, size_t components, bool packed) {
     const Json& about = item("accessors", index);
     const std::string where = "accessor " + std::to_string(index);
@@ -565,10 +569,11 @@ class GlbParser {
     made.components = components;
     made.type = component_of(about, where);
     if (components == 1 && made.type == ComponentType::float32)
-      throw Refusal(where + " has indices that are no whole numbers; export it again");
+      throw Refusal(where + " has indices that are not whole numbers; export it again");
     made.normalized = member(about, "normalized") == Json(true);
     const uint64_t count = whole_member(about, "count", where);
-    // Elements without bytes are zeros. Honest files have few, so their number does not matter.
+    // Elements without bytes are zeros. Valid files have few of them, so the limit does not affect
+    // them.
     if (count > size_)
       throw Refusal(where + " has " + std::to_string(count) + " elements, but the file has " +
                     std::to_string(size_) + " bytes; export it again");
@@ -594,7 +599,7 @@ class GlbParser {
     const uint64_t count = whole_member(sparse, "count", where);
     const ComponentType type = component_of(at, where);
     if (type == ComponentType::float32)
-      throw Refusal(where + " has indices that are no whole numbers; export it again");
+      throw Refusal(where + " has indices that are not whole numbers; export it again");
     Accessor indices;
     indices.type = type;
     indices.stride = component_bytes(type);
@@ -608,7 +613,7 @@ class GlbParser {
       const double index = indices.at(i, 0);
       if (!(index >= 0 && index < static_cast<double>(made.count)) ||
           (i > 0 && !(index > static_cast<double>(made.replaced.back()))))
-        throw Refusal(where + " names elements out of range or order; export it again");
+        throw Refusal(where + " refers to elements out of range or out of order; export it again");
       made.replaced.push_back(static_cast<uint64_t>(index));
     }
   }

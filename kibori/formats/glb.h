@@ -15,9 +15,9 @@ namespace kibori {
 // The triangles of the default scene [mm, z up]: the file has metres and y up. Reads triangle
 // lists, strips and fans, sparse accessors, data URIs and KHR_mesh_quantization. Also accepts the
 // JSON alone, if its buffers are data URIs, and files whose chunks are not padded. Required
-// extensions that only concern the look are ignored; any other is an error that names it. `name` is
-// for messages; `notes` receives what was left out. Errors (with the node, mesh, accessor or view):
-// other versions, data in other files, compressed data, ranges that the bytes contradict.
+// extensions that only affect the appearance are ignored. Any other required extension is an error.
+// `name` is for messages; `notes` receives what was left out. Errors (with the node, mesh, accessor
+// or view): other versions, data in other files, compressed data, ranges that the bytes contradict.
 Result<TriangleMesh> parse_glb(std::string_view bytes, const std::string& name,
                                std::vector<std::string>* notes = nullptr);
 

@@ -35,7 +35,7 @@ namespace kibori {
 namespace {
 
 constexpr int kResultHandle = 3;             // the memory file's handle in the helper
-constexpr uint64_t kMaxNoteBytes = 1 << 14;  // more than anyone reads
+constexpr uint64_t kMaxNoteBytes = 1 << 14;  // max size of messages that are read
 constexpr uint64_t kMaxNameBytes = 1 << 24;
 constexpr int kMaxVoxelsAlong = 2048;
 constexpr char kMeshMagic[8] = {'K', 'I', 'B', 'M', 'E', 'S', 'H', '1'};
@@ -86,10 +86,10 @@ class Handle {
   int number_;
 };
 
-// Ends a sentence about something that no file may cause.
+// End of a sentence about a failure that no file should cause.
 constexpr const char* kOurFault =
-    ", which is a fault of Kibori, not of the file; report it, and save the file in another format "
-    "until it is fixed";
+    ", which is a bug of Kibori, not of the file; please report it, and use another format until "
+    "it is fixed";
 
 bool write_all(int handle, const void* data, size_t bytes) {
   const char* at = static_cast<const char*>(data);
@@ -129,12 +129,12 @@ bool read_head(int handle, const char (&magic)[8], Head& head, uint64_t& bytes) 
 // may be compromised.
 Result<TriangleMesh> receive_mesh(int handle, const std::string& name,
                                   std::vector<std::string>* notes) {
-  const Error broken{name + ": the importer gave no proper mesh" + kOurFault};
+  const Error broken{name + ": the importer returned an invalid mesh" + kOurFault};
   MeshHead head;
   uint64_t size = 0;
   if (!read_head(handle, kMeshMagic, head, size)) return broken;
   if (head.triangles > kMaxImportTriangles || head.vertices > 3 * kMaxImportTriangles)
-    return Error{name + ": holds more triangles than can be read (100 million); export fewer"};
+    return Error{name + ": has more than 100 million triangles; export fewer"};
   TriangleMesh mesh;
   using Triangle = decltype(mesh.triangles)::value_type;
   static_assert(sizeof(Vec3) == 24 && sizeof(Triangle) == 12);
@@ -147,7 +147,7 @@ Result<TriangleMesh> receive_mesh(int handle, const std::string& name,
       !read_all(handle, mesh.triangles.data(), head.triangles * sizeof(Triangle)))
     return broken;
   for (const Vec3& p : mesh.vertices)
-    if (!p.allFinite()) return Error{name + ": holds a coordinate that is not a finite number"};
+    if (!p.allFinite()) return Error{name + ": contains a coordinate that is not a finite number"};
   for (const Triangle& t : mesh.triangles)
     for (const uint32_t v : t)
       if (v >= head.vertices) return broken;
@@ -163,7 +163,7 @@ Result<TriangleMesh> receive_mesh(int handle, const std::string& name,
 
 // The same for a volume.
 Result<LabelVolume> receive_volume(int handle, const std::string& name) {
-  const Error broken{name + ": the importer gave no proper volume" + kOurFault};
+  const Error broken{name + ": the importer returned an invalid volume" + kOurFault};
   VolumeHead head;
   uint64_t bytes = 0;
   if (!read_head(handle, kVolumeMagic, head, bytes)) return broken;
@@ -195,8 +195,8 @@ Result<LabelVolume> receive_volume(int handle, const std::string& name) {
   return volume;
 }
 
-// Collects the helper's standard error until the helper closes it. Returns false if the time is up
-// first.
+// Collects the helper's standard error until the helper closes it. Returns false if the time limit
+// is reached first.
 bool listen(int handle, double seconds, std::string& output) {
   const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
   for (;;) {
@@ -229,7 +229,7 @@ Status run_helper(const std::filesystem::path& path, const Handle& memory) {
   Handle to(fcntl(pipe_end.get(), F_DUPFD_CLOEXEC, kResultHandle + 1)),
       result(fcntl(memory.get(), F_DUPFD_CLOEXEC, kResultHandle + 1));
   if (!piped || to.get() < 0 || result.get() < 0)
-    return Error{name + ": no handles left to read it with"};
+    return Error{name + ": cannot be read because the process has too many open files"};
 
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);

@@ -24,8 +24,8 @@ Result<TriangleMesh> read_in_helper(const std::filesystem::path& path,
 Result<LabelVolume> read_volume_in_helper(const std::filesystem::path& path);
 
 // For the helper. limit_helper lowers this process's limits to what a file of this size can need.
-// The others write a mesh and its notes, or a volume, to the memory file. All return false if they
-// fail.
+// The others write a mesh with its notes, or a volume, to the memory file. All return false on
+// failure.
 bool limit_helper(const std::filesystem::path& path);
 bool send_mesh(const TriangleMesh& mesh, const std::vector<std::string>& notes);
 bool send_volume(const LabelVolume& volume);

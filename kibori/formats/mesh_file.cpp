@@ -35,7 +35,7 @@ Result<TriangleMesh> read_mesh(const std::filesystem::path& path, std::vector<st
       if (!(p.cwiseAbs().maxCoeff() <= kMaxCoordinate))
         return Error{path.string() + ": has coordinates beyond 10^12 mm; scale it down"};
   if (mesh && mesh.value().triangles.empty())
-    return Error{path.string() + ": holds no triangles; export it with a mesh"};
+    return Error{path.string() + ": has no triangles; export it with a mesh"};
   return mesh;
 }
 

@@ -21,22 +21,22 @@ namespace kibori {
 // One format of mesh files.
 struct MeshFormat {
   // The axis of the file that points up. `turned`: always y, and the reader turns it. `perhaps_z`:
-  // z, unless the mesh rests better with y up.
+  // z, unless the mesh stands more stably with y up.
   enum class Up { turned, mostly_y, mostly_z, perhaps_z };
 
   std::string_view ending;  // lower case, as ending_of returns it
   bool written;             // true if write_surface supports it
   double unit_mm;           // one unit of the file, which the reader has converted to mm
-  const char* unit_note;    // for people, without its full stop
+  const char* unit_note;    // a sentence for users, without its full stop
   Up up;
 };
 
 inline constexpr MeshFormat kMeshFormats[] = {
-    {".stl", true, 1, "Files like this one are mostly in mm", MeshFormat::Up::mostly_z},
-    {".ply", true, 1, "Files like this one are mostly in mm", MeshFormat::Up::perhaps_z},
-    {".obj", true, 1, "Files like this one are mostly in mm", MeshFormat::Up::mostly_y},
-    {".off", false, 1, "Files like this one are mostly in mm", MeshFormat::Up::perhaps_z},
-    {".3mf", true, 1, "The file says its unit", MeshFormat::Up::mostly_z},
+    {".stl", true, 1, "Files of this type are mostly in mm", MeshFormat::Up::mostly_z},
+    {".ply", true, 1, "Files of this type are mostly in mm", MeshFormat::Up::perhaps_z},
+    {".obj", true, 1, "Files of this type are mostly in mm", MeshFormat::Up::mostly_y},
+    {".off", false, 1, "Files of this type are mostly in mm", MeshFormat::Up::perhaps_z},
+    {".3mf", true, 1, "The file states its unit", MeshFormat::Up::mostly_z},
     {".glb", true, 1000, "GLB files are in metres", MeshFormat::Up::turned},
 };
 

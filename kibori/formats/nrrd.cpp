@@ -36,7 +36,7 @@ struct NrrdHeader {
   std::optional<Vec3> spacings;
   std::optional<Mat3> directions;  // columns: a step along each axis of the file
   std::string data_file;
-  int64_t byte_skip = 0;  // -1: the data is the file's end
+  int64_t byte_skip = 0;  // -1: the data is at the end of the file
   int64_t line_skip = 0;
   Vec3 to_lps = Vec3::Ones();  // signs that turn the file's space into left, posterior, superior
   std::map<std::string, std::string> keys;
@@ -146,7 +146,7 @@ std::string read_field(std::string_view name, std::string_view value, NrrdHeader
     if (header.encoding != "raw" && header.encoding != "gzip" && header.encoding != "ascii")
       return "is encoded as '" + value_text + "'; raw, gzip and ascii can be read";
   } else if (name == "endian") {
-    if (value != "little" && value != "big") return "has no endian called '" + value_text + "'";
+    if (value != "little" && value != "big") return "has the unknown endian '" + value_text + "'";
     header.big_endian = value == "big";
   } else if (name == "spacings") {
     header.spacings = three_numbers(value);
@@ -164,7 +164,7 @@ std::string read_field(std::string_view name, std::string_view value, NrrdHeader
         {"mm", 1},    {"millimeter", 1},   {"cm", 10},      {"m", 1000},
         {"um", 1e-3}, {"\xC2\xB5m", 1e-3}, {"micron", 1e-3}};
     const auto known = kUnits.find(unit);
-    if (known == kUnits.end()) return "has lengths in '" + unit + "'; mm, cm, m and um are known";
+    if (known == kUnits.end()) return "has the unit '" + unit + "'; use mm, cm, m or um";
     header.unit_mm = known->second;
   } else if (name == "data file" || name == "datafile") {
     header.data_file = value_text;
@@ -195,9 +195,9 @@ std::optional<std::vector<char>> inflated(std::span<const char> bytes, size_t sk
   if (inflateInit2(&stream, 16 + MAX_WBITS) != Z_OK) return std::nullopt;
   std::vector<char> out;
   std::array<char, 1 << 16> block;
-  // Deflate shrinks to a 1032nd at best.
+  // The max compression ratio of deflate is 1032.
   out.reserve(std::min(wanted, 1032 * bytes.size()) + block.size());
-  size_t read = 0, left = skip;  // `left`: to be dropped
+  size_t read = 0, left = skip;  // `left`: bytes still to be dropped
   int result = Z_OK;
   while (result == Z_OK && out.size() <= wanted) {
     if (stream.avail_in == 0) {
@@ -219,7 +219,7 @@ std::optional<std::vector<char>> inflated(std::span<const char> bytes, size_t sk
   return out;
 }
 
-// The numbers in the file's order; nullopt if one is no valid label.
+// The numbers in the file's order; nullopt if one is not a valid label.
 std::optional<std::vector<uint16_t>> labels_of(std::span<const char> bytes,
                                                const NrrdHeader& header, size_t count) {
   std::vector<uint16_t> labels(count);
@@ -332,10 +332,11 @@ Result<NrrdHeader> read_header(std::span<const char> bytes) {
                                     {!dimension.empty(), "dimension"},
                                     {header.sizes[0] > 0, "sizes"},
                                     {!header.encoding.empty(), "encoding"}})
-    if (!there) return Error{std::string("does not say its ") + name};
+    if (!there) return Error{std::string("has no field '") + name};
   int64_t voxels = 1;
   for (const int size : header.sizes) voxels *= size;
-  if (voxels > kMaxVoxels) return Error{"has more than 268 million voxels; cut or halve it"};
+  if (voxels > kMaxVoxels)
+    return Error{"has more than 268 million voxels; crop it, or halve its resolution"};
   if (header.byte_skip < 0 && header.encoding != "raw")
     return Error{"has byte skip -1, which only raw data can have"};
   return header;
@@ -345,7 +346,7 @@ Error wrong(const std::filesystem::path& path, const std::string& what) {
   return Error{path.string() + " " + sanitize_message(what)};
 }
 
-// What follows the first `lines` line feeds; nullopt if there are fewer.
+// The text after the first `lines` line feeds; nullopt if there are fewer.
 std::optional<std::span<const char>> without_lines(std::span<const char> data, int64_t lines) {
   for (; lines > 0; lines--) {
     const auto feed = std::find(data.begin(), data.end(), '\n');
@@ -381,10 +382,11 @@ Result<LabelVolume> parse_nrrd(std::span<const char> bytes, std::span<const char
 
   // ---- The data.
   std::span<const char> data = header.data_file.empty() ? bytes.subspan(header.size) : detached;
-  const std::string short_of = "does not have as many labels as its sizes say, or is damaged",
-                    no_label = "has a number that is no label; labels are from 0 to 65535";
+  const std::string short_of =
+                        "has a different number of labels than its sizes state, or is damaged",
+                    no_label = "has a number that is not a label; labels must be from 0 to 65535";
   const std::optional<std::span<const char>> after_lines = without_lines(data, header.line_skip);
-  if (!after_lines) return wrong("has fewer lines than its line skip says");
+  if (!after_lines) return wrong("has fewer lines than its line skip states");
   data = *after_lines;
   const auto skip = static_cast<size_t>(std::max<int64_t>(header.byte_skip, 0));
   std::optional<std::vector<uint16_t>> labels;
@@ -416,7 +418,7 @@ Result<LabelVolume> parse_nrrd(std::span<const char> bytes, std::span<const char
                               ? Mat3(header.to_lps.asDiagonal() * *header.directions)
                               : Mat3(header.spacings.value_or(Vec3::Ones()).asDiagonal());
   const std::optional<Turn> turn = turn_of(directions);
-  if (!turn) return wrong("has axes that do not span space");
+  if (!turn) return wrong("has axes that are not linearly independent");
   LabelVolume volume;
   std::array<int64_t, 3> stride{};
   for (size_t i = 0; i < 3; i++) {
@@ -425,7 +427,7 @@ Result<LabelVolume> parse_nrrd(std::span<const char> bytes, std::span<const char
     volume.voxel_mm[axis] = directions.col(static_cast<int>(i)).norm() * header.unit_mm;
   }
   if (!(volume.voxel_mm.minCoeff() >= 1e-6 && volume.voxel_mm.maxCoeff() <= 1e6))
-    return wrong("has voxels of a size that can't be; they must be 1e-6 to 1e6 mm");
+    return wrong("has voxels of an invalid size; it must be 1e-6 to 1e6 mm");
   stride[0] = 1;
   stride[1] = volume.size.x();
   stride[2] = int64_t{1} * volume.size.x() * volume.size.y();

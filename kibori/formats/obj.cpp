@@ -17,7 +17,7 @@ namespace {
 bool is_any_of(std::string_view word, std::initializer_list<std::string_view> words) {
   return std::ranges::find(words, word) != words.end();
 }
-// Statements of numbers, which a backslash continues.
+// Statements with numbers. A backslash continues their line.
 bool is_numbers(std::string_view keyword) {
   return is_any_of(keyword,
                    {"v",    "vt",   "vn",  "vp",    "f",    "fo",   "l",  "p",   "curv", "surf",
@@ -51,7 +51,7 @@ class ObjParser {
     if (no_area_) note("its points, lines and faces of fewer than three corners are left out");
     if (free_forms_)
       note("its free-form curves and surfaces are left out; export them as polygons");
-    if (weights_) note("the fourth number of its vertices (a weight) is ignored");
+    if (weights_) note("the weights of its vertices (their fourth number) are ignored");
     return std::move(mesh_);
   }
 
@@ -63,18 +63,18 @@ class ObjParser {
     if (notes_) notes_->push_back(sanitize_message(name_ + ": " + what));
   }
   Error no_vertex(const std::string& index) const {
-    return wrong("a face names vertex " + index + ", and there are " +
+    return wrong("a face refers to vertex " + index + ", but the number of vertices is " +
                  std::to_string(mesh_.vertices.size()) + "; export it again");
   }
   Error nothing() const {
     if (mesh_.vertices.empty())
-      return Error{name_ +
-                   ": has no line of a vertex ('v' and three numbers) or a face; is it an OBJ "
-                   "file?"};
-    if (free_forms_)
       return Error{
-          name_ + ": holds no triangles, only free-form curves or surfaces; export it as polygons"};
-    return Error{name_ + ": holds no triangles, only points or lines (" +
+          name_ +
+          ": has no vertex ('v' and three numbers) and no face; check that it is an OBJ file"};
+    if (free_forms_)
+      return Error{name_ +
+                   ": has no triangles, only free-form curves or surfaces; export it as polygons"};
+    return Error{name_ + ": has no triangles, only points or lines (" +
                  std::to_string(mesh_.vertices.size()) +
                  " vertices, no 'f' with three corners); export it with faces"};
   }
@@ -96,16 +96,18 @@ class ObjParser {
     } else if (is_any_of(keyword, {"curv", "curv2", "surf"})) {
       free_forms_ = true;
     } else if (keyword == "call" || keyword == "csh") {
-      note("line " + std::to_string(line_) + " names another file or a command, which is ignored");
+      note("line " + std::to_string(line_) +
+           " refers to another file or a command, which is ignored");
     } else if (!is_harmless(keyword) && !odd_) {
       odd_ = true;  // one note is enough
       note("line " + std::to_string(line_) + " begins with " + in_quotes(keyword) +
-           ", which has no meaning in an OBJ file; such lines are ignored");
+           ", which is not a statement of OBJ files; such lines are ignored");
     }
     return Ok{};
   }
 
-  // Cuts off the comment and the spaces after the statement. False: nothing is left.
+  // Removes the comment and the spaces after the statement. Returns false if the line is then
+  // empty.
   static bool take(std::string_view& line) {
     line = without_comment(line);
     while (!line.empty() && is_space(line.back())) line.remove_suffix(1);
@@ -143,12 +145,12 @@ class ObjParser {
       return wrong("a vertex has " + std::to_string(count) + " coordinates instead of three");
     weights_ = weights_ || (count == 4 && weight != 1);
     if (mesh_.vertices.size() >= 3 * kMaxImportTriangles)
-      return wrong("holds more vertices than can be read (300 million); export fewer");
+      return wrong("has more than 300 million vertices; export fewer");
     mesh_.vertices.push_back(point);
     return Ok{};
   }
 
-  // f v, v/vt, v//vn or v/vt/vn. Only the first matters.
+  // f v, v/vt, v//vn or v/vt/vn. Only the first number of each is used.
   Status face(std::string_view rest) {
     corners_.clear();
     for (std::string_view word = take_word(rest); !word.empty(); word = take_word(rest)) {
@@ -159,7 +161,7 @@ class ObjParser {
     no_area_ = no_area_ || corners_.size() < 3;
     polygons_.add(mesh_, corners_);
     if (mesh_.triangles.size() > kMaxImportTriangles)
-      return wrong("holds more triangles than can be read (100 million); export fewer");
+      return wrong("has more than 100 million triangles; export fewer");
     return Ok{};
   }
   Result<uint32_t> corner_of(std::string_view word) {
@@ -174,7 +176,7 @@ class ObjParser {
       return wrong("expected the number of a vertex, found " + in_quotes(word) +
                    "; export it again");
     const auto known = static_cast<int64_t>(mesh_.vertices.size());
-    if (index == 0) return wrong("a face names vertex 0, and they are counted from 1");
+    if (index == 0) return wrong("a face refers to vertex 0, but vertices are counted from 1");
     if (index < -known || index > static_cast<int64_t>(3 * kMaxImportTriangles))
       return no_vertex(std::to_string(index));
     // The vertex may come later in the file.
@@ -192,8 +194,8 @@ class ObjParser {
   TriangleMesh mesh_;
   Polygons polygons_;
   std::vector<uint32_t> corners_;  // of one face
-  uint64_t last_ = 0;              // the largest number of a vertex that was not there yet
-  int last_line_ = 0;              // where it is
+  uint64_t last_ = 0;              // the largest index of a vertex that was still missing
+  int last_line_ = 0;              // the line of that index
   bool no_area_ = false, free_forms_ = false, weights_ = false, odd_ = false;
 };
 

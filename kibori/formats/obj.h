@@ -12,8 +12,8 @@
 namespace kibori {
 
 // The vertices and faces of all objects and groups. Colours, texture coordinates, normals and
-// materials are passed by, whether or not they exist. A backslash continues a line of numbers, not
-// a comment or a name. `name` is for messages; `notes` receives what was left out. Errors (with
+// materials are skipped, whether or not they exist. A backslash continues a line of numbers, not a
+// comment or a name. `name` is for messages; `notes` receives what was left out. Errors (with
 // line): words where numbers should be, indices of vertices that do not exist, no faces.
 Result<TriangleMesh> parse_obj(std::string_view text, const std::string& name,
                                std::vector<std::string>* notes = nullptr);

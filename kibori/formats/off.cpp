@@ -13,11 +13,11 @@
 namespace kibori {
 namespace {
 
-// What the first word says about a vertex.
+// The content of a vertex, from the first word of the file.
 struct OffKind {
   bool texture = false, color = false, normal = false, weight = false, dimension = false;
 
-  // Numbers of a vertex in a file whose vertices do not have a line each.
+  // Number of numbers per vertex in a file without one line per vertex.
   int numbers() const { return 3 + weight + 3 * normal + 4 * color + 2 * texture; }
 };
 
@@ -50,10 +50,10 @@ class OffParser {
     if (more()) {
       if (!line_each_)
         return wrong(
-            "has more numbers than its counts of vertices and faces promise; export it again");
+            "has more numbers than its counts of vertices and faces need; export it again");
       if (notes_)
         notes_->push_back(name_ + ":" + std::to_string(line_) +
-                          ": what follows the last face is ignored");
+                          ": the text after the last face is ignored");
     }
     polygons_.finish(mesh_);
     round_to_float(mesh_);
@@ -65,7 +65,7 @@ class OffParser {
     return Error{sanitize_message(name_ + ":" + std::to_string(line_) + ": " + what)};
   }
 
-  // --- lines without comments; words of the current one
+  // --- lines without comments, and the words of the current line
 
   static bool is_empty(std::string_view words) { return std::ranges::all_of(words, is_space); }
   uint64_t count_lines() const {
@@ -75,7 +75,8 @@ class OffParser {
     while (rest.next(line)) count += !is_empty(without_comment(line));
     return count;
   }
-  // Moves on to a line with words, unless the current one has some. False: the file ends.
+  // Moves to the next line with words, unless the current one has some. Returns false at the end of
+  // the file.
   bool more() {
     while (is_empty(words_)) {
       std::string_view line;
@@ -105,14 +106,15 @@ class OffParser {
       if (std::string_view(words_).find("BINARY") != std::string_view::npos)
         return wrong("binary OFF files are not read; save it as text, or as PLY");
     } else if (!parse_number(word)) {
-      return wrong("an OFF file begins with 'OFF', not with " + in_quotes(word) + "; is it one?");
+      return wrong("the file begins with " + in_quotes(word) +
+                   " instead of 'OFF'; check that it is an OFF file");
     }
     kind_ = kind;
     if (kind.dimension) {
       const Result<uint64_t> dimension = count("the dimension");
       if (!dimension) return Error{dimension.error()};
       if (dimension.value() != 3)
-        return wrong("has vertices of " + std::to_string(dimension.value()) +
+        return wrong("has vertices with " + std::to_string(dimension.value()) +
                      " dimensions; export it with three");
     }
     const Result<uint64_t> vertices = count("the number of vertices"),
@@ -120,11 +122,11 @@ class OffParser {
     if (!faces) return Error{faces.error()};
     vertex_count_ = vertices.value();
     face_count_ = faces.value();
-    // Every number takes two bytes with its space.
+    // Every number needs at least two bytes, including its space.
     if (vertex_count_ > text_.size() / 6 || face_count_ > text_.size() / 2)
-      return wrong("promises more vertices or faces than the file has bytes; export it again");
+      return wrong("announces more vertices or faces than fit into the file; export it again");
     if (vertex_count_ > 3 * kMaxImportTriangles)
-      return wrong("holds more vertices than can be read (300 million); export fewer");
+      return wrong("has more than 300 million vertices; export fewer");
     if (!is_empty(words_)) take_word(words_);  // the number of edges
     return Ok{};
   }
@@ -171,21 +173,21 @@ class OffParser {
       for (uint64_t k = 0; k < count.value(); k++) {
         if (line_each && is_empty(words_))
           return wrong("a face of " + std::to_string(count.value()) +
-                       " corners names fewer; export it again");
+                       " corners has fewer; export it again");
         const std::string_view word = next();
         if (word.empty())
           return Error{name_ + ": ends in the middle of its faces; export it again"};
         const std::optional<double> vertex = parse_number(word);
         if (!vertex || *vertex < 0 || *vertex != std::floor(*vertex) ||
             *vertex >= static_cast<double>(vertex_count_))
-          return wrong("a face names a vertex that is not there (" + in_quotes(word) + ", of " +
+          return wrong("a face refers to a missing vertex (" + in_quotes(word) + ", of " +
                        std::to_string(vertex_count_) + " counted from 0); export it again");
         corners.push_back(static_cast<uint32_t>(*vertex));
       }
       if (line_each) words_ = {};  // the colour
       polygons_.add(mesh_, corners);
       if (mesh_.triangles.size() > kMaxImportTriangles)
-        return wrong("holds more triangles than can be read (100 million); export fewer");
+        return wrong("has more than 100 million triangles; export fewer");
     }
     return Ok{};
   }
@@ -194,10 +196,10 @@ class OffParser {
   Lines lines_;
   const std::string& name_;
   std::vector<std::string>* notes_;
-  std::string_view words_;   // that are left of the current line
-  uint64_t lines_left_ = 0;  // with words, after the current one
+  std::string_view words_;   // rest of the current line
+  uint64_t lines_left_ = 0;  // lines with words, after the current one
   int line_ = 0;
-  bool line_each_ = true;  // vertices and faces have lines of their own
+  bool line_each_ = true;  // each vertex and face has its own line
   OffKind kind_;
   uint64_t vertex_count_ = 0, face_count_ = 0;
   TriangleMesh mesh_;

@@ -11,11 +11,12 @@
 
 namespace kibori {
 
-// Vertices and faces of a text file: OFF, with any of the prefixes ST (texture coordinates), C
-// (colours), N (normals) and 4 (a fourth coordinate, by which the others are divided). The word may
-// be missing. A vertex takes a line. In a file with fewer lines the numbers are counted. `name` is
-// for messages; `notes` receives what was left out. Errors (with line): other dimensions, binary
-// files, counts that exceed the file, words where numbers should be, indices of missing vertices.
+// Vertices and faces of a text file. The first word is OFF. It may be missing, and may have the
+// prefixes ST (texture coordinates), C (colours), N (normals) and 4 (a fourth coordinate, which
+// divides the others). Each vertex has its own line. In a file with fewer lines, the numbers of a
+// vertex are counted. `name` is for messages; `notes` receives what was left out. Errors (with
+// line): other dimensions, binary files, counts that exceed the file, words where numbers should
+// be, indices of missing vertices.
 Result<TriangleMesh> parse_off(std::string_view text, const std::string& name,
                                std::vector<std::string>* notes = nullptr);
 

@@ -23,7 +23,8 @@ enum class Form { ascii, little_endian, big_endian };
 enum class Type { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
 
 constexpr std::array<size_t, 8> kBytes = {1, 1, 2, 2, 4, 4, 4, 8};
-constexpr double kRestart = -1, kUnsignedRestart = 4294967295;  // the same bits in a list of uint
+constexpr double kRestart = -1,
+                 kUnsignedRestart = 4294967295;  // the same bits if the list has the type uint
 
 size_t bytes_of(Type type) { return kBytes[static_cast<size_t>(type)]; }
 
@@ -59,7 +60,7 @@ struct Element {
 struct PlyHeader {
   Form form = Form::ascii;
   std::vector<Element> elements;
-  size_t bytes = 0;  // including the end of its last line
+  size_t bytes = 0;  // including the line end of its last line
   int lines = 0;
 };
 
@@ -70,8 +71,8 @@ std::vector<std::string_view> words_of(std::string_view line) {
   return words;
 }
 
-// How many bytes end a header's line. The first line says how; where it is CR alone, a following LF
-// belongs to the next line, or to the binary data.
+// True if lines of the header end with CR alone, as in the first line. Then a following LF belongs
+// to the next line, or to the binary data.
 bool ends_with_cr(std::string_view text) {
   const size_t end = text.find_first_of("\r\n");
   return end != std::string_view::npos && text[end] == '\r' && text.substr(end, 2) != "\r\n";
@@ -93,11 +94,11 @@ Result<PlyHeader> parse_header(std::string_view text, const std::string& name) {
     const std::vector<std::string_view> words = words_of(line);
     if (header.lines == 1) {
       if (words.size() != 1 || words[0] != "ply")
-        return wrong("a PLY file begins with 'ply'; is it one?");
+        return wrong("the file does not begin with 'ply'; check that it is a PLY file");
     } else if (words.empty() || words[0] == "comment" || words[0] == "obj_info") {
       continue;
     } else if (words[0] == "end_header") {
-      if (!form_given) return wrong("the header does not say the format (ascii or binary)");
+      if (!form_given) return wrong("the header has no format (ascii or binary)");
       return header;
     } else if (words[0] == "format" && words.size() >= 2) {
       if (words[1] != "ascii" && words[1] != "binary_little_endian" &&
@@ -112,7 +113,7 @@ Result<PlyHeader> parse_header(std::string_view text, const std::string& name) {
       const auto [rest, error] =
           std::from_chars(words[2].data(), words[2].data() + words[2].size(), rows);
       if (error != std::errc() || rest != words[2].data() + words[2].size())
-        return wrong("there can't be " + in_quotes(words[2]) + " of element " +
+        return wrong("invalid number " + in_quotes(words[2]) + " of element " +
                      in_quotes(words[1]));
       header.elements.push_back({std::string(words[1]), rows, {}});
     } else if (words[0] == "property" && !header.elements.empty() &&
@@ -124,13 +125,13 @@ Result<PlyHeader> parse_header(std::string_view text, const std::string& name) {
         return wrong("unknown type " + in_quotes(words[list && !count ? 2 : list ? 3 : 1]));
       header.elements.back().properties.push_back({std::string(words.back()), *type, count});
     } else {
-      return wrong("the header has a line that means nothing: " + in_quotes(line));
+      return wrong("the header has an unknown line: " + in_quotes(line));
     }
   }
-  return Error{name + ": has no end of its header (end_header); export it again"};
+  return Error{name + ": its header has no end (end_header); export it again"};
 }
 
-// The numbers after the header, one by one.
+// Reads the numbers after the header, one by one.
 class Numbers {
  public:
   Numbers(std::span<const char> bytes, const PlyHeader& header)
@@ -198,21 +199,21 @@ class Numbers {
     }
     return true;
   }
-  // Ends a row. A row of an ASCII file takes lines of its own: what is left of its last line is of
-  // no property that the header names. True: something was left.
+  // Ends a row. In an ASCII file, each row has its own lines. The rest of its last line belongs to
+  // no property of the header. Returns true if there was a rest.
   bool end_row() {
     if (form_ != Form::ascii) return false;
     const char* const begin = at_;
     while (at_ != end_ && !is_line_end(*at_)) at_++;
     return !std::all_of(begin, at_, is_space);
   }
-  // Whether anything follows the last row.
+  // True if there is data after the last row.
   bool more() {
     if (form_ != Form::ascii) return at_ != end_;
     return !next_word().empty();
   }
 
-  // A number that nobody asks for may be any word.
+  // A number that is not used may be any word.
   bool skip(Type type) {
     if (form_ == Form::ascii) return !next_word().empty() || ended();
     if (static_cast<size_t>(end_ - at_) < bytes_of(type)) return ended();
@@ -252,18 +253,18 @@ class Parser {
       return std::ranges::count(header_.elements, what, &Element::name);
     };
     if (named("vertex") != 1)
-      return Error{name_ + ": its header names element 'vertex' " +
-                   std::to_string(named("vertex")) + " times instead of once"};
+      return Error{name_ + ": its header has element 'vertex' " + std::to_string(named("vertex")) +
+                   " times instead of once"};
     vertices_ = std::ranges::find(header_.elements, "vertex", &Element::name)->rows;
     if (vertices_ > 3 * kMaxImportTriangles)
-      return Error{name_ + ": holds more vertices than can be read (300 million); export fewer"};
+      return Error{name_ + ": has more than 300 million vertices; export fewer"};
     for (const Element& element : header_.elements)
       if (const Status read = read_element(element); !read) return Error{read.error()};
     if (!has_faces_)
-      return Error{name_ + ": holds only points (" + std::to_string(vertices_) +
-                   ") and no faces; make a mesh of them first"};
-    if (numbers_.more()) note("what follows its last element is ignored");
-    if (left_over_) note("numbers that its header does not name are ignored");
+      return Error{name_ + ": has only points (" + std::to_string(vertices_) +
+                   ") and no faces; convert them to a mesh first"};
+    if (numbers_.more()) note("the data after its last element is ignored");
+    if (left_over_) note("numbers without a property in its header are ignored");
     polygons_.finish(mesh_);
     return std::move(mesh_);
   }
@@ -273,7 +274,7 @@ class Parser {
     if (notes_) notes_->push_back(name_ + ": " + what);
   }
 
-  // Where the reading is.
+  // The current place, for messages.
   std::string place(const Element& element, uint64_t row) const {
     return (numbers_.line() ? name_ + ":" + std::to_string(numbers_.line()) : name_) + ": " +
            sanitize_message(in_quotes(element.name)) + " " + std::to_string(row + 1);
@@ -299,14 +300,14 @@ class Parser {
     if (face && corners == std::string::npos && element.rows > 0)
       return Error{name_ + ": element 'face' has no list 'vertex_indices'"};
     has_faces_ = has_faces_ || ((face || strip) && element.rows > 0);
-    if (element.properties.empty()) return Ok{};  // its rows take no bytes, however many they are
+    if (element.properties.empty()) return Ok{};  // its rows are empty
     size_t min = 0;
     for (const Property& p : element.properties)
       min += numbers_.min_bytes(p.count.value_or(p.type));
     if (element.rows > numbers_.room() / min)
-      return Error{sanitize_message(
-          name_ + ": is too short for the " + std::to_string(element.rows) + " of element " +
-          in_quotes(element.name) + " that its header promises; export it again")};
+      return Error{sanitize_message(name_ + ": is too short for the " +
+                                    std::to_string(element.rows) + " of element " +
+                                    in_quotes(element.name) + " in its header; export it again")};
     if (vertex) mesh_.vertices.reserve(static_cast<size_t>(element.rows));
 
     std::vector<double> list;
@@ -339,17 +340,16 @@ class Parser {
     return Ok{};
   }
 
-  // into: null if the items are not needed.
+  // `into`: null if the items are not needed.
   Status read_list(const Element& element, uint64_t row, const Property& property,
                    std::vector<double>* into) {
     double count = 0;
     if (!numbers_.next(*property.count, count)) return stopped(element, row);
     if (!(count >= 0) || count != std::floor(count))
-      return Error{place(element, row) + ": has a list of impossible length; export it again"};
+      return Error{place(element, row) + ": has a list of invalid length; export it again"};
     const size_t room = numbers_.room() / numbers_.min_bytes(property.type);
     if (count > static_cast<double>(room))
-      return Error{place(element, row) +
-                   ": has a list that the file is too short for; export it again"};
+      return Error{place(element, row) + ": has a list that exceeds the file; export it again"};
     if (into) into->reserve(static_cast<size_t>(count));
     for (double i = 0; i < count; i++) {
       double value = 0;
@@ -363,8 +363,9 @@ class Parser {
   Error no_vertex(const Element& element, uint64_t row, double index) const {
     char text[48];
     std::snprintf(text, sizeof text, "%.12g", index);
-    return Error{place(element, row) + ": names vertex " + text + ", and there are " +
-                 std::to_string(vertices_) + ", counted from 0; export it again"};
+    return Error{place(element, row) + ": refers to vertex " + text +
+                 ", but the number of vertices is " + std::to_string(vertices_) +
+                 ", counted from 0; export it again"};
   }
   bool there(double index) const {
     return index >= 0 && index < static_cast<double>(vertices_) && index == std::floor(index);
@@ -385,7 +386,7 @@ class Parser {
       if (i < begin + 2) continue;
       const bool turned = (i - begin) % 2 == 1;
       const double a = list[turned ? i - 1 : i - 2], b = list[turned ? i - 2 : i - 1], c = list[i];
-      // a degenerate triangle only leads to the next one
+      // a degenerate triangle only connects to the next one
       if (a != b && b != c && c != a) add(a, b, c);
     }
     if (mesh_.triangles.size() > kMaxImportTriangles) return too_many();
@@ -403,7 +404,7 @@ class Parser {
     return Ok{};
   }
   Error too_many() const {
-    return Error{name_ + ": holds more triangles than can be read (100 million); export fewer"};
+    return Error{name_ + ": has more than 100 million triangles; export fewer"};
   }
 
   const PlyHeader& header_;

@@ -13,11 +13,11 @@
 namespace kibori {
 
 // Vertices, faces and triangle strips of an ASCII or binary file, in any order. Other elements and
-// properties are passed by. Within a strip -1 begins another, every second triangle is reversed,
-// and triangles that name a vertex twice are left out. `name` is for messages; `notes` receives
-// what was left out. Errors (with line, or element and row): no PLY, a wrong header, a file too
-// short for its counts. Also words where numbers should be, coordinates that are not finite,
-// indices of vertices that do not exist, only points.
+// properties are skipped. In a strip, -1 begins another strip, and every second triangle is
+// reversed. Triangles that use a vertex twice are left out. `name` is for messages; `notes`
+// receives what was left out. Errors (with line, or element and row): not a PLY file, an invalid
+// header, a file too short for its counts. Also words where numbers should be, coordinates that are
+// not finite, indices of vertices that do not exist, only points.
 Result<TriangleMesh> parse_ply(std::span<const char> bytes, const std::string& name,
                                std::vector<std::string>* notes = nullptr);
 

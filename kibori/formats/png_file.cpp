@@ -12,7 +12,7 @@
 namespace kibori {
 namespace {
 
-constexpr int kMaxPixels = 8192;  // per side
+constexpr int kMaxPixels = 8192;  // pixels per side
 
 // libpng reports errors by longjmp. Therefore, no object with a destructor may be created after
 // setjmp.
@@ -28,7 +28,7 @@ Status write_png(const std::filesystem::path& path, int width, int height, int d
   Writer writer;
   writer.png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
   if (writer.png) writer.info = png_create_info_struct(writer.png);
-  if (!writer.info) return Error{path.string() + ": no memory to write it"};
+  if (!writer.info) return Error{path.string() + ": not enough memory to write it"};
   if (setjmp(png_jmpbuf(writer.png))) return Error{path.string() + ": can't be written"};
   png_set_write_fn(
       writer.png, &file,
@@ -72,7 +72,8 @@ Result<std::vector<uint8_t>> png_rgb(int width, int height,
   png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(image);
   std::vector<uint8_t> bytes(size);
   if (!png_image_write_to_memory(&image, bytes.data(), &size, 0, pixels.data(), 0, nullptr))
-    return Error{std::string("no PNG can be made: ") + static_cast<const char*>(image.message)};
+    return Error{std::string("cannot create a PNG picture: ") +
+                 static_cast<const char*>(image.message)};
   bytes.resize(size);
   return bytes;
 }
@@ -101,14 +102,13 @@ Result<GreyMap> parse_png_grey(std::span<const char> bytes, const std::string& n
       },
       [](png_structp, png_const_charp) {});
   if (reader.png) reader.info = png_create_info_struct(reader.png);
-  if (!reader.info) return Error{name + ": no memory to read it"};
+  if (!reader.info) return Error{name + ": not enough memory to read it"};
   if (setjmp(png_jmpbuf(reader.png)))
-    return Error{name +
-                 ": is not a proper PNG picture: " + static_cast<const char*>(reader.reason)};
+    return Error{name + ": is not a valid PNG picture: " + static_cast<const char*>(reader.reason)};
   png_set_user_limits(reader.png, kMaxPixels, kMaxPixels);
   png_set_chunk_malloc_max(reader.png, 1 << 24);
-  // Values are heights, whatever brightness they stand for on a screen. libpng would mix colours
-  // and transparency by these chunks.
+  // Values are heights, not brightness on a screen. With these chunks, libpng would change the
+  // values when it mixes colours and transparency.
   constexpr png_byte kColorSpaces[] = "gAMA\0sRGB\0cHRM\0iCCP";
   png_set_keep_unknown_chunks(reader.png, PNG_HANDLE_CHUNK_NEVER, kColorSpaces, 4);
   png_set_read_fn(reader.png, &reader, [](png_structp png, png_bytep to, png_size_t count) {
@@ -133,9 +133,8 @@ Result<GreyMap> parse_png_grey(std::span<const char> bytes, const std::string& n
   map.width = static_cast<int>(png_get_image_width(reader.png, reader.info));
   map.height = static_cast<int>(png_get_image_height(reader.png, reader.info));
   if (png_get_rowbytes(reader.png, reader.info) != static_cast<size_t>(map.width) * 2)
-    return Error{
-        name +
-        ": is a kind of PNG picture that can't be read as grey; save it as 8 or 16 bit grey"};
+    return Error{name +
+                 ": this kind of PNG picture can't be read as grey; save it as 8 or 16 bit grey"};
   map.pixels.resize(static_cast<size_t>(map.width) * static_cast<size_t>(map.height));
   for (size_t y = 0; y < static_cast<size_t>(map.height); y++)
     rows.push_back(

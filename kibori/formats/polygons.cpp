@@ -8,8 +8,9 @@
 namespace kibori {
 namespace {
 
-// Comparisons of a corner with an ear, for each corner of a face. Faces of a thousand corners are
-// always cut completely. Larger, and a hostile file of some megabytes takes minutes.
+// Max number of comparisons of a corner with an ear, per corner of a face. Faces with up to a
+// thousand corners are always cut completely. If it is larger, a hostile file of some megabytes
+// takes minutes.
 constexpr size_t kComparisonsPerCorner = 1000;
 
 using Point = std::array<double, 2>;
@@ -39,7 +40,7 @@ class EarCutter {
   std::vector<std::array<size_t, 3>> run() {
     std::vector<std::array<size_t, 3>> triangles;
     size_t left = points_.size(), at = 0, failures = 0;
-    bool flat = false;  // accept ears without area: nothing else is left
+    bool flat = false;  // accept ears without area, because there are no others
     while (left > 3) {
       if (is_ear(at, flat)) {
         triangles.push_back({before_[at], at, after_[at]});
@@ -55,7 +56,8 @@ class EarCutter {
       }
       at = after_[at];
     }
-    // The last triangle, or a fan of what has no ears, such as a polygon that meets itself.
+    // The last triangle. If no ear is left, the rest becomes a fan, for example in a polygon that
+    // touches itself.
     for (size_t b = after_[at]; left > 2; left--, b = after_[b])
       triangles.push_back({at, b, after_[b]});
     return triangles;
@@ -70,7 +72,7 @@ class EarCutter {
       if (comparisons_ == 0) return false;
       comparisons_--;
       const Point& p = points_[i];
-      // Corners in one place are the two sides of a cut that leads to a hole.
+      // Corners at the same place are the two sides of a cut to a hole.
       if (p == pa || p == pb || p == pc) continue;
       if (!flat && area(pa, pb, p) >= 0 && area(pb, pc, p) >= 0 && area(pc, pa, p) >= 0)
         return false;

@@ -31,7 +31,7 @@ void add_triangle(TriangleMesh& mesh, const Vec3 (&corner)[3]) {
 
 // --- binary
 
-// Whether the file is exactly its triangles and the payloads of their attributes.
+// True if the file consists exactly of its triangles and the payloads of their attributes.
 bool has_payloads(std::string_view bytes, uint64_t count) {
   size_t at = kStlHeader;
   for (uint64_t i = 0; i < count; i++) {
@@ -73,7 +73,7 @@ Result<TriangleMesh> parse_binary(std::string_view bytes, const std::string& nam
       const float value = std::bit_cast<float>(little_endian(bytes, number_at, 4));
       if (!std::isfinite(value))
         return Error{name + ": byte " + std::to_string(number_at) +
-                     " holds a coordinate that is not a finite number; export it again"};
+                     " has a coordinate that is not a finite number; export it again"};
       corner[k / 3][static_cast<int>(k % 3)] = static_cast<double>(value);
     }
     add_triangle(mesh, corner);
@@ -86,7 +86,7 @@ Result<TriangleMesh> parse_binary(std::string_view bytes, const std::string& nam
 
 char lower(char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); }
 
-// Whether a word is the one expected, which is in lower case.
+// True if a word, in any case, equals `expected`, which is in lower case.
 bool is_word(std::string_view word, std::string_view expected) {
   return std::ranges::equal(word, expected, {}, lower);
 }
@@ -97,20 +97,21 @@ std::string_view at_word(std::string_view text) {
   return text;
 }
 
-// Whether a text begins with "facet normal" or "facet outer", which no name does.
+// True if a text begins with "facet normal" or "facet outer". No name of a solid begins like this.
 bool begins_facet(std::string_view text) {
   if (!is_word(take_word(text), "facet")) return false;
   const std::string_view word = take_word(text);
   return is_word(word, "normal") || is_word(word, "outer");
 }
 
-// Where a word in lower case begins in a text, in any case; the text's end if it does not.
+// Position of a word (given in lower case) in a text, in any case; the text's end if it does not
+// occur.
 std::string_view::iterator find_word(std::string_view text, std::string_view word) {
   return std::search(text.begin(), text.end(), word.begin(), word.end(),
                      [](char a, char b) { return lower(a) == b; });
 }
 
-// Whether a text has a facet, or the end of a solid without facets.
+// True if a text has a facet, or the end of a solid without facets.
 bool has_facet(std::string_view text) {
   for (std::string_view left = text;;) {
     left.remove_prefix(static_cast<size_t>(find_word(left, "facet") - left.begin()));
@@ -154,7 +155,7 @@ class AsciiParser {
     return Error{sanitize_message(name_ + ":" + std::to_string(line_) + ": " + what)};
   }
 
-  // Reads what follows a word. False: the rest of the file is ignored.
+  // Reads the statement of a keyword. Returns false if the rest of the file is ignored.
   Result<bool> statement(std::string_view word) {
     const bool in_normal = std::exchange(in_normal_, false);
     if (is_word(word, "vertex")) {
@@ -173,11 +174,11 @@ class AsciiParser {
       skip_name();
     } else if (!is_word(word, "outer") && !is_word(word, "loop") && !is_word(word, "endloop")) {
       if (in_normal) {
-        in_normal_ = true;  // its numbers may be anything; the corners decide
+        in_normal_ = true;  // its numbers are not used; the corners give the direction
       } else if (ended_ && !has_facet(text_.substr(at_))) {
         if (notes_)
           notes_->push_back(sanitize_message(name_ + ":" + std::to_string(line_) +
-                                             ": what follows endsolid is ignored"));
+                                             ": the text after endsolid is ignored"));
         return false;
       } else {
         return wrong("expected facet, vertex or endsolid, found " + in_quotes(word) +
@@ -209,7 +210,7 @@ class AsciiParser {
     while (at_ < text_.size() && !is_space(text_[at_])) at_++;
     return text_.substr(begin, at_ - begin);
   }
-  // A name takes the rest of its line, unless a facet or the end of the solid is on it.
+  // A name is the rest of its line, unless that contains a facet or the end of the solid.
   void skip_name() {
     while (at_ < text_.size() && !is_line_end(text_[at_])) {
       const std::string_view rest = text_.substr(at_);
@@ -231,7 +232,7 @@ class AsciiParser {
   int line_ = 1;
   TriangleMesh mesh_;
   Vec3 corner_[3];
-  int corners_ = 0;  // of the facet that was begun
+  int corners_ = 0;  // number of corners so far in the current facet
   bool ended_ = false, in_normal_ = false;
 };
 
@@ -245,9 +246,10 @@ Result<TriangleMesh> parse_stl(std::string_view bytes, const std::string& name,
   if (!exact && is_ascii(bytes)) return AsciiParser(bytes, name, notes).run();
   if (!exact && is_utf16(bytes))
     return Error{name + ": is UTF-16 text; save it as plain text or as a binary STL file"};
-  // The count of a binary file is no text: it would be more than 150 million triangles.
+  // The count of a binary file is never text: text bytes would mean more than 150 million
+  // triangles.
   if (!exact && bytes.size() >= kStlHeader && is_printable(bytes.substr(0, kStlHeader)))
-    return Error{name + ": is text, but has no 'solid' with facets; is it an STL file?"};
+    return Error{name + ": is text, but has no 'solid' with facets; check that it is an STL file"};
   if (bytes.size() < kStlHeader)
     return Error{name + ": an STL file has at least 84 bytes, this one has " +
                  std::to_string(bytes.size()) + "; export it again"};

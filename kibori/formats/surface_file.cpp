@@ -43,7 +43,7 @@ class StlWriter final : public SurfaceWriter {
 
   Status finish() override {
     if (count_ > std::numeric_limits<uint32_t>::max())
-      return Error{"more triangles than an STL file can count"};
+      return Error{"has more triangles than the STL format allows"};
     const auto count = static_cast<uint32_t>(count_);
     file_.overwrite(80, &count, sizeof count);
     return Ok{};
@@ -121,7 +121,7 @@ class IndexedWriter : public SurfaceWriter {
             f(t);
           }
         });
-    if (!read) return Error{"no space for temporary data beside the file"};
+    if (!read) return Error{"no space for temporary data next to the file"};
     return Ok{};
   }
 
@@ -235,7 +235,7 @@ class GlbWriter final : public IndexedWriter {
                    binary = vertex_bytes + triangle_count_ * sizeof(SurfaceTriangle);
     if (before_binary() + binary > std::numeric_limits<uint32_t>::max())
       return Error{
-          "a GLB file can hold 4 GB, and this surface takes more; use a coarser pitch or a "
+          "the surface exceeds the limit of 4 GB of a GLB file; use a coarser pitch or a "
           "tolerance"};
     std::string json =
         describe(vertex_bytes).dump(-1, ' ', false, OrderedJson::error_handler_t::replace);
@@ -413,7 +413,9 @@ Status write_pieces(SurfaceWriter& writer, std::span<const SurfaceObject> object
     object.surface(at_origin || writer.places() ? sink : placed(object.pose, sink));
   }
   if (!any)
-    return Error{"there is no surface to write: no material, or none as thick as the pitch"};
+    return Error{
+        "there is no surface to write: there is no material, or all of it is thinner than the "
+        "pitch"};
   return writer.finish();
 }
 

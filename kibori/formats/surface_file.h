@@ -26,7 +26,7 @@ using SurfaceSource = std::function<void(const SurfaceSink&)>;
 // One of several surfaces in a file.
 struct SurfaceObject {
   std::string name;  // UTF-8
-  Pose pose;         // of its coordinates in the file's; mm
+  Pose pose;         // pose of its coordinates in those of the file [mm]
   SurfaceSource surface;
 };
 

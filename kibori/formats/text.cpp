@@ -10,9 +10,9 @@ namespace kibori {
 namespace {
 
 constexpr size_t kShownBytes = 40;
-// Share of the longest side that rounding may move a vertex. Models of ordinary files are within
-// ten sizes of the origin, where float32 moves them by less. Larger, and a part at map coordinates
-// loses its shape.
+// Maximum displacement of a vertex by rounding, as a share of the longest side. Ordinary models are
+// within ten times their size of the origin, where float32 moves them by less. If it is larger, a
+// part at map coordinates loses its shape.
 constexpr double kMaxRounding = 1e-6;
 
 }  // namespace
@@ -26,7 +26,7 @@ std::optional<double> parse_number(std::string_view word) {
   const char* const end = word.data() + word.size();
   const auto [rest, error] = std::from_chars(word.data(), end, value);
   if (rest != end || word.empty()) return std::nullopt;
-  // Too large or too small for a double: the C library knows which.
+  // It is too large or too small for a double. The C library knows which of the two.
   if (error == std::errc::result_out_of_range)
     value = std::strtod(std::string(word).c_str(), nullptr);
   else if (error != std::errc())
@@ -36,7 +36,7 @@ std::optional<double> parse_number(std::string_view word) {
 
 std::string in_quotes(std::string_view word) {
   size_t shown = std::min(word.size(), kShownBytes);
-  // Not within a character of UTF-8.
+  // Do not cut within a UTF-8 character.
   while (shown > 0 && shown < word.size() &&
          (static_cast<unsigned char>(word[shown]) & 0xc0) == 0x80)
     shown--;

@@ -10,11 +10,11 @@
 
 namespace kibori {
 
-// Whether a character separates words. NUL does: some programs pad names with it.
+// True if a character separates words. This includes NUL, because some programs pad names with it.
 inline bool is_space(char c) { return c == ' ' || (c >= '\t' && c <= '\r') || c == '\0'; }
 inline bool is_line_end(char c) { return c == '\n' || c == '\r'; }
 
-// A finite decimal number that takes the whole word; nothing for any other word.
+// The finite decimal number that is the whole word; nullopt for any other word.
 std::optional<double> parse_number(std::string_view word);
 
 // The beginning of a word, in quotes, for a message.
@@ -22,11 +22,11 @@ std::string in_quotes(std::string_view word);
 
 // The text without a UTF-8 byte order mark.
 std::string_view without_bom(std::string_view text);
-// Whether a text begins with the byte order mark of UTF-16.
+// True if a text begins with the byte order mark of UTF-16.
 bool is_utf16(std::string_view text);
 
-// A line without its comment, which begins with '#'. Old programs write 1.#IND for a number that is
-// none, which is no comment.
+// A line without its comment, which begins with '#'. Old programs write 1.#IND for an undefined
+// number; that is not a comment.
 std::string_view without_comment(std::string_view line);
 
 // Removes the first word of a text, and returns it; empty at the end.
@@ -36,9 +36,9 @@ std::string_view take_word(std::string_view& text);
 class Lines {
  public:
   explicit Lines(std::string_view text) : rest_(text) {}
-  // False at the end.
+  // Returns false at the end.
   bool next(std::string_view& line);
-  int number() const { return number_; }  // of the last line; the first is 1
+  int number() const { return number_; }  // number of the last line; the first is 1
 
  private:
   std::string_view rest_;

@@ -27,9 +27,9 @@ namespace {
 
 constexpr const char* kModelPath = "3D/3dmodel.model";
 constexpr const char* kModelType = "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel";
-constexpr int kMaxDepth = 32;         // of components
-constexpr size_t kMaxParts = 1000;    // model files in one archive
-constexpr size_t kMaxItems = 100000;  // components and build items
+constexpr int kMaxDepth = 32;         // max depth of components
+constexpr size_t kMaxParts = 1000;    // max number of model files in one archive
+constexpr size_t kMaxItems = 100000;  // max number of components and build items
 
 // --- writing
 
@@ -292,16 +292,17 @@ class XmlReader {
     // Entities can expand a page to a gigabyte. 3MF forbids them.
     XML_SetStartDoctypeDeclHandler(
         parser_, [](void* self, const XML_Char*, const XML_Char*, const XML_Char*, int) {
-          static_cast<XmlReader*>(self)->fail("has a document type declaration, which 3MF forbids");
+          static_cast<XmlReader*>(self)->fail(
+              "has a document type declaration, which the 3MF format forbids");
         });
     Status read = zip_.read(entry_, [&](std::string_view data) {
       if (XML_Parse(parser_, data.data(), static_cast<int>(data.size()), 0) == XML_STATUS_ERROR &&
           wrong_.empty())
-        fail(std::string("is not proper XML: ") + XML_ErrorString(XML_GetErrorCode(parser_)));
+        fail(std::string("is not valid XML: ") + XML_ErrorString(XML_GetErrorCode(parser_)));
       return wrong_.empty();
     });
     if (read && wrong_.empty() && XML_Parse(parser_, "", 0, 1) == XML_STATUS_ERROR)
-      fail(std::string("is not proper XML: ") + XML_ErrorString(XML_GetErrorCode(parser_)));
+      fail(std::string("is not valid XML: ") + XML_ErrorString(XML_GetErrorCode(parser_)));
     XML_ParserFree(parser_);
     if (!wrong_.empty()) return Error{wrong_};
     return read;
@@ -367,7 +368,7 @@ class RelationshipReader final : public XmlReader {
  public:
   using XmlReader::XmlReader;
   std::string target;
-  std::vector<std::string> notes;  // that the specification forbids
+  std::vector<std::string> notes;  // faults that the specification forbids
 
  private:
   void open(std::string_view name, const Attributes& attributes) override {
@@ -377,14 +378,14 @@ class RelationshipReader final : public XmlReader {
     if (!type || !to) return;
     const std::string_view kind(type);
     if ((mode && std::string_view(mode) == "External") || std::strchr(to, ':'))
-      notes.push_back("a part is in another file");
+      notes.push_back("a part is stored in another file");
     if (kind == kModelType) {
-      if (!target.empty()) notes.push_back("more than one model is named; the last is read");
+      if (!target.empty()) notes.push_back("more than one model is listed; the last one is read");
       target = to;
     } else if (kind.ends_with("/thumbnail")) {
       if (!zip().has(without_slash(to))) notes.push_back("its picture is not in the archive");
     } else if (kind.ends_with("/printticket")) {
-      if (tickets++ > 0) notes.push_back("more than one print ticket is named");
+      if (tickets++ > 0) notes.push_back("more than one print ticket is listed");
     }
   }
   int tickets = 0;
@@ -392,7 +393,7 @@ class RelationshipReader final : public XmlReader {
 
 using Note = std::function<void(const std::string&)>;
 
-// Parts of slicers' projects that are no material: modifiers, supports, negative parts.
+// Parts of slicers' projects that are not material: modifiers, supports, negative parts.
 //
 // PrusaSlicer joins the parts of an object to one mesh, and lists which triangles are of which
 // part. Bambu Studio and OrcaSlicer make each part a component, and list what kind of part it is.
@@ -441,11 +442,10 @@ class SlicerReader final : public XmlReader {
   }
   void add_note(const std::string& kind) {
     const bool negative = kind.starts_with("negative") || kind.starts_with("Negative");
-    note_(negative
-              ? "a negative part of the slicer's project is left out: it is not cut out of the "
-                "others"
-              : "a part of the slicer's project that is no material is left out (" +
-                    in_quotes(kind) + ")");
+    note_(negative ? "a negative part of the slicer's project is left out, and not cut out of the "
+                     "other parts"
+                   : "a part of the slicer's project that is not material is left out (" +
+                         in_quotes(kind) + ")");
   }
 
   SlicerParts& parts_;
@@ -501,17 +501,16 @@ class ModelReader final : public XmlReader {
       const double x = number<double>(a, "x"), y = number<double>(a, "y"),
                    z = number<double>(a, "z");
       object_->mesh.vertices.emplace_back(x, y, z);
-      if (object_->mesh.vertices.size() > 3 * kMaxImportTriangles)
-        fail("more vertices than can be taken");
+      if (object_->mesh.vertices.size() > 3 * kMaxImportTriangles) fail("too many vertices");
     } else if (name == "triangle" && object_) {
       const uint32_t v1 = number<uint32_t>(a, "v1"), v2 = number<uint32_t>(a, "v2"),
                      v3 = number<uint32_t>(a, "v3");
       if (failed()) return;
       const size_t count = object_->mesh.vertices.size();
       if (v1 >= count || v2 >= count || v3 >= count)
-        return fail("a triangle names a vertex that is not there");
+        return fail("a triangle refers to a missing vertex");
       object_->mesh.triangles.push_back({v1, v2, v3});
-      if (++total_ > kMaxImportTriangles) fail("more triangles than can be taken");
+      if (++total_ > kMaxImportTriangles) fail("too many triangles");
     } else if (name == "component" && object_) {
       take_component(a, object_->components);
     } else if (name == "item") {
@@ -554,8 +553,8 @@ class ModelReader final : public XmlReader {
 
   void take_component(const Attributes& a, std::vector<Component>& to) {
     const char *object = a.find("objectid"), *path = a.find("path");
-    if (!object) return fail("a component or item names no object");
-    if (++items_ > kMaxItems) return fail("more components than can be taken");
+    if (!object) return fail("a component or item refers to no object");
+    if (++items_ > kMaxItems) return fail("too many components");
     Component component{path ? without_slash(path) : entry(), object, {}};
     if (const char* text = a.find("transform")) {
       std::string_view left(text);
@@ -599,7 +598,8 @@ class Assembly {
       RelationshipReader relations(zip_, "_rels/.rels");
       if (const Status read = relations.run(); !read) return wrong(read.error());
       for (const std::string& note : relations.notes) note_(note);
-      if (relations.target.empty()) note_(in_quotes(path) + " is read, although no model is named");
+      if (relations.target.empty())
+        note_(in_quotes(path) + " is read, although no part is marked as the model");
       if (!relations.target.empty()) path = without_slash(relations.target);
     }
     if (const Status read = load(path); !read) return wrong(read.error());
@@ -622,7 +622,7 @@ class Assembly {
     return Error{sanitize_message(name_ + ": " + what)};
   }
 
-  // The parts that a model names are not read, but what is forbidden of them is said.
+  // The parts that a model refers to are not read, but their forbidden properties are reported.
   void check_relationships(const std::string& model) {
     const size_t folder = model.rfind('/') + 1;  // npos + 1 is 0
     const std::string entry = model.substr(0, folder) + "_rels/" + model.substr(folder) + ".rels";
@@ -634,7 +634,7 @@ class Assembly {
 
   Status load(const std::string& path) {
     if (units_.contains(path)) return Ok{};
-    if (units_.size() >= kMaxParts) return Error{"has more parts than can be taken"};
+    if (units_.size() >= kMaxParts) return Error{"has too many parts"};
     ModelReader reader(zip_, path, objects_, total_, items_, note_);
     if (Status read = reader.run(); !read) return read;
     units_[path] = reader.unit_mm;
@@ -643,24 +643,25 @@ class Assembly {
   }
 
   Status add(const Component& component, const Placement& outer, int depth) {
-    if (depth > kMaxDepth) return Error{"has components inside each other without end"};
+    if (depth > kMaxDepth) return Error{"has components that contain themselves"};
     if (Status read = load(component.path); !read) return read;
     const auto found = objects_.find({component.path, component.object});
     if (found == objects_.end())
-      return Error{"names an object " + component.object.substr(0, 30) + " that is not there"};
+      return Error{"refers to an object " + component.object.substr(0, 30) +
+                   " that does not exist"};
     const Object& object = found->second;
     if (object.support) return Ok{};
     const Placement at{outer.linear * component.placement.linear,
                        outer.linear * component.placement.shift + outer.shift};
     if (++visits_ > kMaxItems ||
         mesh_.triangles.size() + object.mesh.triangles.size() > kMaxImportTriangles)
-      return Error{"has more objects or triangles than can be imported"};
+      return Error{"has too many objects or triangles to import"};
     const double unit = units_.at(component.path);
     const auto first = static_cast<uint32_t>(mesh_.vertices.size());
     for (const Vec3& p : object.mesh.vertices) {
       mesh_.vertices.push_back(unit * (at.linear * p + at.shift));
       if (!mesh_.vertices.back().allFinite())
-        return Error{"places a vertex where no finite number reaches"};
+        return Error{"places a vertex at an infinite distance"};
     }
     const bool mirrored = at.linear.determinant() < 0;
     const auto ranges =
@@ -668,7 +669,7 @@ class Assembly {
     const std::vector<SlicerParts::Range> none,
         &left_out = ranges == slicer_.ranges.end() ? none : ranges->second;
     size_t range = 0;
-    uint64_t end = 0;  // of the ranges so far
+    uint64_t end = 0;  // end of the ranges so far
     for (size_t i = 0; i < object.mesh.triangles.size(); i++) {
       auto t = object.mesh.triangles[i];
       for (; range < left_out.size() && left_out[range].first <= i; range++)
@@ -688,7 +689,7 @@ class Assembly {
   const ZipReader& zip_;
   const std::string& name_;
   std::map<ObjectKey, Object> objects_;
-  std::map<std::string, double> units_;  // of the parts that were read, in mm
+  std::map<std::string, double> units_;  // objects of the parts that were read, in mm
   std::vector<Component> build_;
   std::string main_;  // the part with the build
   SlicerParts slicer_;

@@ -14,10 +14,10 @@ namespace kibori {
 
 // The objects that the file's build names, placed and united, in mm. Modifiers, supports and
 // negative parts of slicers' projects are left out. `name` is for messages; `notes` receives what
-// was left out, and what the specification forbids although the mesh can be read. Errors (with
-// entry and line): no archive, no model, malformed XML or a document type declaration, other
-// required extensions. Also invalid numbers or indices, components that contain themselves, more
-// than kMaxImportTriangles.
+// was left out, and violations of the specification that do not prevent reading. Errors (with entry
+// and line): not an archive, no model, malformed XML or a document type declaration, other required
+// extensions. Also invalid numbers or indices, components that contain themselves, more than
+// kMaxImportTriangles.
 Result<TriangleMesh> parse_3mf(std::span<const char> bytes, const std::string& name,
                                std::vector<std::string>* notes = nullptr);
 

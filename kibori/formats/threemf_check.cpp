@@ -33,7 +33,7 @@ bool is_one_of(std::string_view word, const std::array<std::string_view, N>& wor
   return std::ranges::find(words, word) != words.end();
 }
 
-// Null: there is none.
+// Null if there is none.
 const char* find(const char* const* attributes, const char* name) {
   for (; *attributes; attributes += 2)
     if (std::strcmp(*attributes, name) == 0) return attributes[1];
@@ -48,20 +48,20 @@ std::string ThreeMfCheck::kind_of(std::string_view id) const {
 }
 
 void ThreeMfCheck::open(std::string_view element, const char* const* attributes) {
-  // Most elements are vertices; nothing is asked of them.
+  // Most elements are vertices, which are not checked.
   if (element == "vertex") return;
   if (element == "triangle") {
     if (in_object_ && !object_has_pid_ && find(attributes, "p1") && !find(attributes, "pid"))
-      note_("a triangle has a material without naming its group; the shape is not affected");
+      note_("a triangle has a material without its group; the shape is not affected");
     return;
   }
   for (const Needed& needed : kNeeded)
     if (element == needed.element && !find(attributes, needed.attribute))
-      note_("an element " + in_quotes(element) + " lacks its attribute " +
+      note_("an element " + in_quotes(element) + " has no attribute " +
             in_quotes(needed.attribute) + "; the shape is not affected");
   if (const char* name = find(attributes, "name");
       element == "metadata" && name && !in_object_ && !metadata_.insert(name).second)
-    note_("metadata " + in_quotes(name) + " is given twice");
+    note_("metadata " + in_quotes(name) + " occurs twice");
   if (find(attributes, "xml:space")) note_("an element has the attribute 'xml:space'");
   resources_seen_ = resources_seen_ || element == "resources";
   build_seen_ = build_seen_ || element == "build";
@@ -87,15 +87,15 @@ void ThreeMfCheck::check_object(const char* const* attributes) {
   if (const char* type = find(attributes, "type"); type && !is_one_of(type, kTypes))
     note_("an object has the unknown type " + in_quotes(type) + " and is read as a model");
   if (!object_has_pid_ && find(attributes, "pindex"))
-    note_("an object has a material without naming its group; the shape is not affected");
+    note_("an object has a material without its group; the shape is not affected");
   if (const char* id = find(attributes, "id")) check_resource("object", id);
 }
 
 void ThreeMfCheck::check_references(std::string_view element, const char* const* attributes) {
   if (const char* base = find(attributes, "matid");
       element == "compositematerials" && base && kind_of(base) != "basematerials")
-    note_("composite materials are mixed of " + in_quotes(base) +
-          ", which are no base materials; the shape is not affected");
+    note_("composite materials are mixed from " + in_quotes(base) +
+          ", which are not base materials; the shape is not affected");
   if (const char* type = find(attributes, "contenttype"); element == "texture2d" && type &&
                                                           std::strcmp(type, "image/png") != 0 &&
                                                           std::strcmp(type, "image/jpeg") != 0)
@@ -111,7 +111,8 @@ void ThreeMfCheck::check_references(std::string_view element, const char* const*
     multiple += kind == "multiproperties";
   }
   if (materials > 1 || colors > 1 || multiple > 0)
-    note_("multiple properties name groups that must not be together; the shape is not affected");
+    note_(
+        "multiple properties combine groups that must not be combined; the shape is not affected");
 }
 
 void ThreeMfCheck::found_undeclared(const std::string& prefix) {

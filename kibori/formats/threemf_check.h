@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What the 3MF specification forbids but does not touch the triangles: such files are read, with a
-// note. Internal to `formats`.
+// Checks what the 3MF specification forbids but what does not affect the triangles. Such files are
+// read, with a note. Internal to `formats`.
 #pragma once
 
 #include <functional>
@@ -11,13 +11,14 @@
 
 namespace kibori {
 
-// Sees the elements of one model part.
+// Checks the elements of one model part.
 class ThreeMfCheck {
  public:
-  // `note` receives each fault; it outlives this.
+  // `note` receives each fault. It must outlive this object.
   explicit ThreeMfCheck(const std::function<void(const std::string&)>& note) : note_(note) {}
 
-  // An element by its name without prefix; `attributes`: names and values in turn, ended by null.
+  // Call this for each element, with its name without prefix. `attributes`: names and values in
+  // alternation, ended by null.
   void open(std::string_view element, const char* const* attributes);
   void found_undeclared(const std::string& prefix);
   // The end of the model.
@@ -30,7 +31,7 @@ class ThreeMfCheck {
   std::string kind_of(std::string_view id) const;
 
   const std::function<void(const std::string&)>& note_;
-  std::map<std::string, std::string, std::less<>> resources_;  // id, element
+  std::map<std::string, std::string, std::less<>> resources_;  // ids, with their elements
   std::set<std::string> metadata_, undeclared_;
   bool resources_seen_ = false, build_seen_ = false, in_object_ = false;
   bool object_has_pid_ = false;

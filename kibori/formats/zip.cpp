@@ -36,8 +36,8 @@ uint32_t get(std::span<const char> bytes, size_t at, int count) {
   return static_cast<uint32_t>(get64(bytes, at, count));
 }
 
-// Replaces each number that is all ones by the next one of the extra field with 64-bit sizes.
-// False: the field is too short. `extras`: the extra fields of a directory entry.
+// Replaces each number that is all ones by the next number of the extra field with 64-bit sizes.
+// Returns false if that field is too short. `extras`: the extra fields of a directory entry.
 bool take_sizes64(std::span<const char> extras, std::initializer_list<uint64_t*> numbers) {
   std::span<const char> field;
   while (extras.size() >= 4) {
@@ -48,7 +48,8 @@ bool take_sizes64(std::span<const char> extras, std::initializer_list<uint64_t*>
   }
   for (uint64_t* number : numbers) {
     if (*number != kMax32) continue;
-    if (field.size() < 8) return field.empty();  // an old archive may be just so large
+    if (field.size() < 8)
+      return field.empty();  // an archive without 64-bit sizes may have exactly this size
     *number = get64(field, 0);
     field = field.subspan(8);
   }
@@ -149,23 +150,25 @@ Status ZipWriter::finish() {
   put(directory, 0, 2);  // comment
   file_.write(directory);
   if (max > kMax32)
-    return Error{"takes more than 4 GB as 3MF; use a coarser pitch, a tolerance or another format"};
+    return Error{
+        "exceeds the limit of 4 GB of a 3MF file; use a coarser pitch, a tolerance or another "
+        "format"};
   return Ok{};
 }
 
 Result<ZipReader> ZipReader::open(std::span<const char> bytes) {
   ZipReader zip;
   zip.bytes_ = bytes;
-  if (bytes.size() < kEndSize) return Error{"is no ZIP archive (cut short?)"};
+  if (bytes.size() < kEndSize) return Error{"is not a ZIP archive (cut short?)"};
   // The end record is last, before a comment of at most 65535 bytes.
   size_t end = bytes.size() - kEndSize;
   const size_t stop = end - std::min<size_t>(end, 65535);
   while (get(bytes, end, 4) != kEnd || get(bytes, end + 20, 2) != bytes.size() - end - kEndSize) {
-    if (end == stop) return Error{"is no ZIP archive (cut short?)"};
+    if (end == stop) return Error{"is not a ZIP archive (cut short?)"};
     end--;
   }
   uint64_t count = get(bytes, end + 10, 2), at = get(bytes, end + 16, 4);
-  // 64-bit numbers are in a record of their own, which a locator before the end record names.
+  // 64-bit numbers are in a separate record. A locator before the end record gives its position.
   if (end >= kLocator64Size && get(bytes, end - kLocator64Size, 4) == kLocator64) {
     const uint64_t record = get64(bytes, end - kLocator64Size + 8);
     if (record > end || end - record < kEnd64Size || get(bytes, record, 4) != kEnd64)
@@ -173,7 +176,7 @@ Result<ZipReader> ZipReader::open(std::span<const char> bytes) {
     count = get64(bytes, record + 32);
     at = get64(bytes, record + 48);
   }
-  if (count > kMaxEntries) return Error{"has more entries than any 3MF file needs"};
+  if (count > kMaxEntries) return Error{"has too many entries for a 3MF file"};
   for (uint64_t i = 0; i < count; i++) {
     if (at > end || end - at < kCentralSize || get(bytes, at, 4) != kCentral)
       return Error{"has a damaged directory (cut short?)"};
@@ -187,7 +190,7 @@ Result<ZipReader> ZipReader::open(std::span<const char> bytes) {
     const std::string framed = "/" + e.name + "/";
     if (e.name.empty() || e.name[0] == '/' || e.name.find('\\') != std::string::npos ||
         e.name.find('\0') != std::string::npos || framed.find("/../") != std::string::npos)
-      return Error{"has an entry whose name leaves the archive's folder; it is not to be trusted"};
+      return Error{"has an entry whose name points outside the archive; do not trust this file"};
     if (get(bytes, at + 8, 2) & 1)
       return Error{shown + "that is encrypted; save it without a password"};
     e.method = static_cast<uint16_t>(get(bytes, at + 10, 2));
@@ -199,13 +202,13 @@ Result<ZipReader> ZipReader::open(std::span<const char> bytes) {
                       {&e.whole, &e.packed, &local}))
       return Error{shown + "without its 64-bit sizes; save the file again"};
     if (local > bytes.size() || bytes.size() - local < kLocalSize || get(bytes, local, 4) != kLocal)
-      return Error{shown + "that is not where the directory says"};
+      return Error{shown + "that is missing at the position in the directory"};
     e.at = local + kLocalSize + get(bytes, local + 26, 2) + get(bytes, local + 28, 2);
     if (e.at > bytes.size() || bytes.size() - e.at < e.packed)
       return Error{shown + "that is cut short"};
     if (e.whole > kFreeBytes + kMaxRatio * e.packed)
       return Error{shown + "that claims to unpack to more than " + std::to_string(kMaxRatio) +
-                   " times its size; it is not to be trusted"};
+                   " times its size; do not trust this file"};
     at += kCentralSize + name_size + extras;
     zip.entries_.push_back(std::move(e));
   }
@@ -224,14 +227,14 @@ Status ZipReader::read(const std::string& name,
   if (!entry) return Error{"has no entry '" + name.substr(0, 60) + "'"};
   const std::string shown = "entry '" + name.substr(0, 60) + "' ";
   if (entry->method == 0) {
-    if (entry->packed != entry->whole) return Error{shown + "has two sizes"};
+    if (entry->packed != entry->whole) return Error{shown + "has two different sizes"};
     if (crc32_z(0, reinterpret_cast<const Bytef*>(bytes_.data() + entry->at), entry->whole) !=
         entry->crc)
       return Error{shown + "is damaged (its checksum is wrong)"};
     f({bytes_.data() + entry->at, entry->whole});
     return Ok{};
   }
-  if (entry->method != 8) return Error{shown + "is packed in a way this program can't read"};
+  if (entry->method != 8) return Error{shown + "has an unsupported compression method"};
   z_stream stream = {};
   if (inflateInit2(&stream, -15) != Z_OK) return Error{"out of memory"};
   stream.next_in = const_cast<Bytef*>(reinterpret_cast<const Bytef*>(bytes_.data() + entry->at));
@@ -255,7 +258,7 @@ Status ZipReader::read(const std::string& name,
   inflateEnd(&stream);
   if (!wanted) return Ok{};
   if (state != Z_STREAM_END || whole != entry->whole || crc != entry->crc)
-    return Error{shown + "is damaged (its content is not what the archive promises)"};
+    return Error{shown + "is damaged (its content has not the size that the archive states)"};
   return Ok{};
 }
 

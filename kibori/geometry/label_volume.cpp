@@ -13,12 +13,12 @@ namespace {
 // of a layer five voxels thin push each other apart. With fewer, inclined faces keep ripples.
 constexpr int kPasses = 2;
 // One smoothing moves a face of radius R by variance / R. Two smoothings move it twice as far, and
-// the field is flatter by this factor. Therefore, kOnce times the first, minus the second, leaves
-// the face in place.
+// make the field flatter by the factor kOnce. Therefore, kOnce times the first, minus the second,
+// leaves the face in place.
 constexpr float kOnce = std::numbers::sqrt2_v<float>;
-// Limits for a voxel that smoothing would move to the other side. It stays on its side, by the
-// amount that it was on the other. kMinKept applies to a voxel on the face. kMaxKept is enough
-// to keep walls one voxel thin.
+// Limits for the value of a voxel that smoothing would move to the other side. The voxel keeps its
+// side: its value changes sign and stays within these limits. kMinKept applies to a voxel on the
+// face. kMaxKept is enough to keep walls one voxel thin.
 constexpr float kMinKept = 0.02f, kMaxKept = 0.3f;
 
 // Filters each line along an axis by [1 4 6 4 1] / 16, `passes` times. Values beyond the grid start

@@ -33,13 +33,13 @@ uint64_t edge_key(uint32_t a, uint32_t b) {
 
 // All triangles at one place.
 struct Place {
-  size_t first;      // its triangle, of those that face as `corners` says
+  size_t first;      // its triangle that faces in the direction of `corners`
   Triangle corners;  // of welded vertices
   int forward = 0, backward = 0;
   int net() const { return forward - backward; }
 };
 
-// Sum of the directions in which triangles pass each edge; 0 at all edges of a closed mesh.
+// Sum of the directions of the triangles at each edge; 0 at all edges of a closed mesh.
 class EdgeBalance {
  public:
   void add(const Triangle& t, int times) {
@@ -52,7 +52,7 @@ class EdgeBalance {
       sum += by;
     }
   }
-  // By how much fewer edges would be open with the triangle.
+  // Decrease of the number of open edges if the triangle is added.
   int gain(const Triangle& t, int times) const {
     int gain = 0;
     for (size_t k = 0; k < 3; k++) {
@@ -124,8 +124,8 @@ class Repair {
     return (c[1] < c[2]) == forward ? t : reversed(t);
   }
 
-  // Keeps one triangle of each place where that helps. Returns how many are left out, or 0 if it
-  // does not help; then kept_ is undefined.
+  // Keeps one triangle of each place if that reduces the open edges. Returns the number of omitted
+  // triangles. Returns 0 if it does not help; kept_ is then undefined.
   size_t leave_out_copies() {
     EdgeBalance before, after;
     std::vector<int> chosen(places_.size());  // 1: forward, -1: backward, 0: none
@@ -137,10 +137,10 @@ class Repair {
     }
     if (before.open() == 0 && std::all_of(places_.begin(), places_.end(),
                                           [](const Place& p) { return std::abs(p.net()) <= 1; })) {
-      // Closed. Only surfaces that face both ways everywhere are repaired.
+      // The mesh is closed. Only surfaces that face both ways everywhere are repaired.
       if (!choose_double_surfaces(chosen)) return 0;
     } else if (same_everywhere()) {
-      // The whole mesh is there several times.
+      // The whole mesh is repeated several times.
     } else {
       close_with_both_ways(chosen, after);
       if (after.open() >= before.open()) return 0;
@@ -157,7 +157,7 @@ class Repair {
                                   [&](const Place& p) { return std::abs(p.net()) == net; });
   }
 
-  // Adds places that face both ways, one way, as long as that closes edges.
+  // Adds one triangle of each place that faces both ways, as long as that closes edges.
   void close_with_both_ways(std::vector<int>& chosen, EdgeBalance& balance) const {
     std::unordered_map<uint64_t, std::vector<size_t>> at_edge;
     std::vector<size_t> next;
@@ -173,7 +173,7 @@ class Repair {
       if (chosen[i] != 0) continue;
       const Triangle& c = places_[i].corners;
       const int forward = balance.gain(c, 1), backward = balance.gain(c, -1);
-      // A triangle that touches an open edge at one side only still leads into the hole.
+      // A triangle with only one side on an open edge continues into the hole.
       if (std::max(forward, backward) <= -3) continue;
       chosen[i] = forward >= backward ? 1 : -1;
       balance.add(c, chosen[i]);
@@ -183,8 +183,8 @@ class Repair {
     }
   }
 
-  // Chooses one way for each closed surface of places that face both ways. Returns false if there
-  // is none.
+  // Chooses one direction for each closed surface of places that face both ways. Returns false if
+  // there is none.
   bool choose_double_surfaces(std::vector<int>& chosen) const {
     std::unordered_map<uint64_t, std::vector<size_t>> at_edge;
     for (size_t i = 0; i < places_.size(); i++)
@@ -238,7 +238,7 @@ class Repair {
 
   void keep_all() { kept_ = mesh_.triangles; }
 
-  // Turns inverted bodies of kept_; returns how many.
+  // Turns inverted bodies of kept_. Returns their number.
   size_t turn_inverted() {
     std::vector<uint32_t> set(mesh_.vertices.size());  // union-find
     std::iota(set.begin(), set.end(), 0u);
@@ -308,10 +308,10 @@ std::string MeshRepair::warning() const {
   std::string text;
   if (copies > 0)
     text = std::to_string(copies) + (copies == 1 ? " triangle is" : " triangles are") +
-           " left out because others have the same place";
+           " left out because others are in the same place";
   if (inverted > 0)
     text += (text.empty() ? "" : "; ") + std::to_string(inverted) +
-            (inverted == 1 ? " body is" : " bodies are") + " turned because it faces inwards";
+            (inverted == 1 ? " body is" : " bodies are") + " reversed because it faces inwards";
   if (inverted > 1) text.replace(text.find("it faces"), 8, "they face");
   return text;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Repairs what programs leave in meshes although it is meant otherwise: faces that are there twice,
-// surfaces that face both ways, and bodies that are inside out.
+// Repairs typical faults of exported meshes: duplicate faces, surfaces that face both ways, and
+// bodies that are inside out.
 #pragma once
 
 #include <array>
@@ -15,9 +15,8 @@ namespace kibori {
 
 struct MeshRepair {
   std::vector<std::array<uint32_t, 3>> triangles;  // of the same vertices
-  size_t copies = 0;                               // triangles left out, as another one has the
-                                                   // same place
-  size_t inverted = 0;                             // bodies turned right side out
+  size_t copies = 0;    // triangles left out because another one is in the same place
+  size_t inverted = 0;  // inverted bodies that were turned
   // One sentence for the user, without the file's name.
   std::string warning() const;
 };

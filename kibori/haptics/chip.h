@@ -13,9 +13,9 @@
 // along the fibres. kC works across them, with the edge parallel to them (Kivimaa 1950). This is
 // Kienzle's law. With m = 0 and one k it is F = k S.
 //
-// The chip can consist of separate patches with a gap between them. Take two strips with a gap of a
-// share g of the whole. The variance gives sqrt(1 + g + g^2)/(1 - g) times their width. So w is
-// divided by that factor.
+// The chip can consist of separate patches with a gap between them. Take two strips whose gap is a
+// share g of the whole width. The variance gives sqrt(1 + g + g^2)/(1 - g) times their width. So w
+// is divided by that factor.
 //
 // All quantities are moments of the volume that was removed over the window of path_mean.h.
 #pragma once

@@ -23,7 +23,7 @@ struct DeviceCapabilities {
   double torque_nmm = 0;             // maximum moment
   double force_rate_n_s = 1000;      // maximum rate of change of the force
   double torque_rate_nmm_s = 20000;  // maximum rate of change of the moment
-  double speed_mm_s = 1000;          // a higher speed means an error
+  double speed_mm_s = 1000;          // a higher speed counts as an error
   double damping_ns_mm = 0.001;      // damping of its mechanics with a hand on it
   double stiffness_n_mm = 0.3;       // initial stiffness
   Box workspace_mm;                  // about its own centre; empty: unknown

@@ -41,8 +41,8 @@ struct TickMotion {
 
 // Share of the cutting force that the hand supports if a motor drives the tool. The motor gives the
 // cutting speed, the hand the feed. Feed forces of routers and burrs are about a tenth of the force
-// of a knife with the same chip. If larger, a ball burr in oak is harder to push than a carver can
-// push. If smaller, hard and soft wood give the same force.
+// of a knife with the same chip. With a larger share, a carver could not push a ball burr through
+// oak. With a smaller one, hard and soft wood would give the same force.
 inline constexpr double kPoweredShare = 0.1;
 // The same if the lever and screw of a press or an arbor drive a stamp.
 inline constexpr double kPressShare = 0.01;
@@ -80,8 +80,8 @@ const auto& material_of(const Materials& materials, int i) {
 Wrench paper_wrench(int dof, const RemovedPart& part, const Material& material,
                     const TickMotion& tick, double pitch_mm, const Vec3& origin_mm);
 
-// Model `energy`: resistance of the removed part of one material. `part` must have its moments
-// about tick.tip (Motion::reference), and for a turn its element sums (Motion::turning).
+// Model `energy`: resistance of the removed part of one material. `part` must have moments about
+// tick.tip (Motion::reference). For a turn it also needs element sums (Motion::turning).
 PathMean::Resistance resistance_of(const RemovedPart& part, const TickMotion& tick,
                                    double pitch_mm);
 // Wrench of the resistance that is paid in a tick. u: cutting_energy of chip.h.

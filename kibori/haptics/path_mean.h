@@ -31,7 +31,7 @@ class PathMean {
 
   // Resistance of one material in a tick, in lattice units, with moments about the tip.
   struct Resistance {
-    double volume = 0;          // weighted by resistance over the material's u
+    double volume = 0;          // weighted by the ratio of resistance to u
     Vec3 lever = Vec3::Zero();  // first moment of that volume
     // If the tool turns, each element resists its own displacement s: f = dV s/|s|^2.
     Vec3 force = Vec3::Zero();        // f
@@ -69,7 +69,7 @@ class PathMean {
       f(material, (*windows_)[static_cast<size_t>(material)].now);
     }
   }
-  // Volume that is still unpaid [cells^3, over the materials' u].
+  // Volume that is still unpaid [cells^3], weighted as in Resistance.
   double unpaid() const;
   // Drops the unpaid volume and restarts the path.
   void drop() {

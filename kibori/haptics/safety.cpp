@@ -35,17 +35,18 @@ std::string trip_text(Trip trip) {
     case Trip::none:
       return "no trip";
     case Trip::command_stale:
-      return "forces were off because none had been computed for 20 ms; arm again when the program "
-             "keeps up";
+      return "forces were switched off because none had been computed for 20 ms; arm again when "
+             "the program is fast enough";
     case Trip::over_speed:
-      return "forces were off because the device moved faster than its limit; hold it still and "
-             "arm again";
+      return "forces were switched off because the device moved faster than its limit; hold it "
+             "still and arm again";
     case Trip::device_failed:
-      return "forces were off because the device reported an error";
+      return "forces were switched off because the device reported an error";
     case Trip::device_unplugged:
-      return "forces were off because the device was unplugged";
+      return "forces were switched off because the device was unplugged";
     case Trip::not_finite:
-      return "forces were off because a computed force was not a number; please report this";
+      return "forces were switched off because a computed force was not a number; please report "
+             "this";
   }
   return {};
 }

@@ -31,10 +31,11 @@ std::string enter_real_time() {
   priority.sched_priority = kPriority;
   const int scheduling = pthread_setschedparam(pthread_self(), SCHED_FIFO, &priority);
   const bool locked = mlockall(MCL_CURRENT) == 0;
-  std::string text = scheduling == 0
-                         ? "real-time scheduling (SCHED_FIFO)"
-                         : std::string("ordinary scheduling (real-time was refused: ") +
-                               std::strerror(scheduling) + "; allow it with rtprio in limits.conf)";
+  std::string text =
+      scheduling == 0
+          ? "real-time scheduling (SCHED_FIFO)"
+          : std::string("ordinary scheduling (the system refused real-time scheduling: ") +
+                std::strerror(scheduling) + "; allow it with rtprio in limits.conf)";
   text += locked ? ", memory locked" : ", memory not locked (raise memlock in limits.conf)";
   return text;
 }

@@ -106,8 +106,7 @@ void DocumentWriter::write() {
   std::string write_error = written ? document_->unsaved() : written.error();
   if (live_.log().lost()) {
     write_error = document_->name() +
-                  ": could not be written as fast as was carved; what was carved since is in no "
-                  "document";
+                  ": the disk was too slow for the carving; work since then is not in any document";
     if (request_) done(Error{write_error});
   }
   publish(&DocumentWriter::write_error_, write_error);

@@ -21,7 +21,7 @@
 
 namespace kibori {
 
-// A document's body in the form for ServoContext::stand. Errors: see no_go_of.
+// A document's body in the form for ServoContext::set_body. Errors: see no_go_of.
 Result<WorkedBody> worked_body(const BodyList& bodies, BodyId id);
 
 class DocumentWriter {

@@ -155,7 +155,7 @@ Pose ServoContext::to_body(const Pose& pose) const {
 
 Mode ServoContext::mode_now(const ServoHand& hand) const {
   const Mode mode = hand.works() ? hand.settings().mode : Mode::off;
-  // Dabs are computed in parallel. Nobody else may change the model until they are in it.
+  // Dabs are computed in parallel. No other code may change the model until it contains them.
   const bool waits = body_.locked || fenced_ || !crumbs_.idle() || (is_second(hand) && dabbing_);
   if (!waits && !(reshapes(mode) && (body_.no_go || is_second(hand)))) return mode;
   return mode == Mode::cut || mode == Mode::touch ? Mode::touch : Mode::off;
@@ -244,7 +244,7 @@ void ServoContext::reshape(Mode mode, const Pose& before, LiveTick& result) {
   take_dabs(result);
   if (breaks_off_ && settle()) end_stroke();
   if (!reshapes(mode)) {
-    // If the hand releases the tool for a while, a new stroke begins.
+    // If the hand releases the tool for some time, a new stroke begins.
     if (dabbing_ && settle()) end_stroke();
     work_per_mm_ = force_per_mm_ = stiffness_n_mm_ = 0;
     velocity_mm_s_ = Vec3::Zero();

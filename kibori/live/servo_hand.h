@@ -103,7 +103,7 @@ class ServoHand {
   };
   Advance advance(ForceModel model, Mode mode, const std::vector<Material>& materials);
   // Sends the device the force computed in `tick`, in the world. Stores in `tick` what was sent,
-  // and if it is safe.
+  // and the state of the safety stage.
   void give(HandTick& tick, double elapsed_s);
   // The last force that was sent.
   const Wrench& given() const { return given_; }

@@ -125,7 +125,7 @@ double DistanceTree::distance(const Vec3& p) const {
 Result<Distance> distance_from_to(const Surface& from, const Surface& to, int64_t samples,
                                   int threads) {
   if (from.triangles.empty() || to.triangles.empty())
-    return Error{"there is no surface to measure from or to"};
+    return Error{"one of the two surfaces is empty"};
   const DistanceTree tree(to);
   if (!tree.good())
     return Error{"not enough memory to measure a mesh of this size; simplify it first"};

@@ -18,9 +18,9 @@
 namespace kibori {
 namespace {
 
-// Most holes of one line. A damaged file may not run for hours.
+// Maximum number of holes of one line, so that a damaged file cannot run for hours.
 constexpr double kMaxRepeats = 10000;
-// Most steps of one pecked hole.
+// Maximum number of steps of one pecked hole.
 constexpr double kMaxPecks = 10000;
 // Distance that a peck keeps from the bottom of the last one, and lifts in G73 [mm]: 0.010 inch, as
 // in LinuxCNC.
@@ -46,12 +46,12 @@ Status Interpreter::read_cycle(const GcodeBlock& block, bool first) {
     return Error{name + " needs the bottom of the hole as " + std::string(1, depth)};
   if (!cycle_.clear) return Error{name + " needs the height where feed begins as R"};
   if ((motion_ == 730 || motion_ == 830) && !(cycle_.step && *cycle_.step > 0))
-    return Error{name + " needs the depth of a step as Q, more than 0"};
+    return Error{name + " needs the depth of a step as Q, above 0"};
   if ((motion_ == 820 || motion_ == 890) &&
       !(cycle_.dwell && *cycle_.dwell >= 0 && *cycle_.dwell <= 1e6))
     return Error{name + " needs the time at the bottom as P, in seconds"};
   if (block.has('A') || block.has('B') || block.has('C'))
-    return Error{name + " can't turn a rotary axis; turn it on a line of its own"};
+    return Error{name + " cannot turn a rotary axis; turn it on a separate line"};
   if (feed_.mode == FeedMode::inverse_time)
     return Error{name + " needs a feed rate per minute or revolution; write G94"};
   if (first) cycle_.from_mm = at_.xyz_mm[axes_of(plane_).normal];
@@ -65,7 +65,7 @@ Status Interpreter::cycle(const GcodeBlock& block) {
   int repeats = 1;
   if (const auto& l = block.value('L')) {
     if (!(*l >= 1 && *l <= kMaxRepeats) || std::abs(*l - std::round(*l)) > 1e-4)
-      return Error{word_text('L', *l) + " is no number of holes; it is a whole number from 1"};
+      return Error{word_text('L', *l) + " is not a number of holes; use a whole number from 1"};
     repeats = static_cast<int>(std::round(*l));
   }
   const double from = at_.xyz_mm[w];
@@ -74,7 +74,7 @@ Status Interpreter::cycle(const GcodeBlock& block) {
   if (!(clear >= bottom))
     return Error{code_text('G', motion_) + " begins its feed (R) below the bottom of the hole"};
   if (cycle_.step && (clear - bottom) / *cycle_.step > kMaxPecks)
-    return Error{code_text('G', motion_) + " makes more than 10000 steps of one hole; raise Q"};
+    return Error{code_text('G', motion_) + " needs more than 10000 steps for one hole; raise Q"};
   for (int i = 0; i < repeats; i++) {
     AxisPosition to = at_;
     for (const int axis : {u, v}) {
@@ -94,7 +94,7 @@ Status Interpreter::cycle(const GcodeBlock& block) {
 // One hole.
 void Interpreter::drill(const AxisPosition& to, double clear, double bottom, double retract) {
   const int w = axes_of(plane_).normal;
-  // A tool below R rises first. Its way to the hole is then free.
+  // A tool below R rises first. Then its path to the hole is free.
   if (at_.xyz_mm[w] < clear) go_to(clear, false);
   AxisPosition above = to;
   above.xyz_mm[w] = at_.xyz_mm[w];

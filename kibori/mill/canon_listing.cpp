@@ -19,7 +19,7 @@ size_t skip_blanks(std::string_view text, size_t at) {
   return at;
 }
 
-// Position of the name of a line's call; npos if the line is none.
+// Position of the name of a line's call; npos if the line is not a call.
 size_t name_at(std::string_view line) {
   size_t at = skip_blanks(line, 0);
   const size_t digits = at;
@@ -57,7 +57,7 @@ AxisPosition CanonListing::position(const Call& call, size_t first) const {
 }
 
 void CanonListing::to(AxisPosition position, bool feed) {
-  // LinuxCNC begins at 0, 0, 0. The tool is somewhere else.
+  // LinuxCNC begins at 0, 0, 0, but the real position of the tool is unknown.
   if (feed)
     add(FeedMove{position, feed_});
   else
@@ -183,10 +183,10 @@ Status CanonListing::run(std::string_view line, int number, std::vector<CanonMov
   line_ = number;
   if (line.find_first_not_of(" \t\r") == std::string_view::npos) return Ok{};
   const size_t begin = name_at(line);
-  // After the last line rs274 may complain that a program has no M2.
+  // After the last line, rs274 may print that a program has no M2.
   if (begin == std::string_view::npos) {
     if (warned_.insert("text").second)
-      warnings_.push_back({line_, "the line is no call of a canonical listing and is skipped"});
+      warnings_.push_back({line_, "the line is not a call of a canonical listing and is skipped"});
     return Ok{};
   }
   const size_t open = line.find('(', begin), close = line.rfind(')');

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Reads a canonical listing: what LinuxCNC's interpreter prints with `rs274 -g`, one call a line.
+// Reads a canonical listing: the output of LinuxCNC's interpreter with `rs274 -g`, one call per
+// line.
 //
 //     17 N0080  STRAIGHT_FEED(1.0000, 2.0000, -0.5000, 0.0000, 0.0000, 0.0000)
 #pragma once
@@ -21,7 +22,7 @@ bool is_canon_line(std::string_view line);
 class CanonListing {
  public:
   // Executes one line and appends its moves. Errors: one sentence without file and line: a line
-  // that is no call, a call with too few numbers, a call whose move is not supported.
+  // that is not a call, a call with too few numbers, a call whose move is not supported.
   Status run(std::string_view line, int number, std::vector<CanonMove>& out);
   bool ended() const { return ended_; }
   const std::vector<ProgramWarning>& warnings() const { return warnings_; }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a program does, one step at a time, after all modes, units and offsets are resolved.
+// The steps of a program after all modes, units and offsets are resolved.
 //
 // Positions are those of the tool's tip in the part's frame: the first work coordinate system, G54,
 // with its offset. Lengths are mm, rotary axes degrees.

@@ -151,7 +151,7 @@ std::optional<int> code_of(double value) {
 Status add_g(GcodeBlock& block, const GcodeWord& word) {
   const std::optional<int> code = code_of(word.value);
   const std::string name = word_text('G', word.value);
-  if (!code) return Error{name + " is no G-code; codes have at most one decimal"};
+  if (!code) return Error{name + " is not a G-code; codes have at most one decimal"};
   const std::optional<GGroup> group = group_of_g(*code);
   if (!group) {
     const std::string_view meaning = meaning_of_g(*code);
@@ -162,7 +162,7 @@ Status add_g(GcodeBlock& block, const GcodeWord& word) {
   int& place = block.g[static_cast<size_t>(*group)];
   if (place != kNoCode && place != *code)
     return Error{code_text('G', place) + " and " + name +
-                 " can't be on one line; write them on two lines"};
+                 " cannot be on one line; write them on two lines"};
   place = *code;
   return Ok{};
 }
@@ -171,7 +171,7 @@ Status put(GcodeBlock& block, MGroup group, int code) {
   int& place = block.m[static_cast<size_t>(group)];
   if (place != kNoCode && place != code)
     return Error{code_text('M', place) + " and " + code_text('M', code) +
-                 " can't be on one line; write them on two lines"};
+                 " cannot be on one line; write them on two lines"};
   place = code;
   return Ok{};
 }
@@ -180,7 +180,7 @@ Status add_m(GcodeBlock& block, const GcodeWord& word) {
   const std::string name = word_text('M', word.value);
   const double number = std::round(word.value);
   if (word.value < 0 || number > 9999 || std::abs(word.value - number) > kCodeTolerance)
-    return Error{name + " is no M-code; codes are whole numbers"};
+    return Error{name + " is not an M-code; codes are whole numbers"};
   const int code = static_cast<int>(number);
   switch (code) {
     case 0:
@@ -201,7 +201,7 @@ Status add_m(GcodeBlock& block, const GcodeWord& word) {
     case 9:
       block.coolant.push_back(10 * code);
       return Ok{};
-    // Speed override by the operator changes no path.
+    // The operator's speed override does not change the path.
     case 48:
     case 49:
     case 50:

@@ -44,15 +44,17 @@ class Splitter {
   std::string_view text_;
 };
 
-// One sentence about a character that begins no word.
+// One sentence about a character that does not begin a word.
 Error unknown_character(char c) {
   if (c == '#') return Error{"a parameter (#) needs LinuxCNC's interpreter; " + need_rs274()};
   if (c == '[') return Error{"an expression ([ ]) needs LinuxCNC's interpreter; " + need_rs274()};
   char text[80];
   if (c > ' ' && c < 0x7f)
-    std::snprintf(text, sizeof text, "'%c' begins no word; a word is a letter and a number", c);
+    std::snprintf(text, sizeof text, "'%c' does not begin a word; a word is a letter and a number",
+                  c);
   else
-    std::snprintf(text, sizeof text, "byte 0x%02x begins no word; the file may be no G-code",
+    std::snprintf(text, sizeof text,
+                  "byte 0x%02x does not begin a word; check that the file is G-code",
                   static_cast<unsigned>(static_cast<unsigned char>(c)));
   return Error{text};
 }
@@ -108,10 +110,10 @@ std::string word_text(char letter, double value) {
 Result<GcodeLine> parse_gcode(std::string_view text) {
   if (text.size() > kMaxGcodeLine)
     return Error{"the line has more than " + std::to_string(kMaxGcodeLine) +
-                 " characters; the file may be no G-code"};
+                 " characters; check that the file is G-code"};
   GcodeLine line;
   std::string code;
-  // Text of an optional line is not checked, as a controller skips it whole.
+  // The text of an optional line is not checked, because a controller skips the whole line.
   const size_t first = text.find_first_not_of(" \t\r");
   if (first != std::string_view::npos && text[first] == '/') {
     line.kind = GcodeLineKind::deleted;

@@ -3,7 +3,7 @@
 //
 // The notation is that of LinuxCNC (RS274/NGC). Case, spaces and tabs have no meaning, even within
 // a number. Comments are (...) and ; to the end of the line. A line that begins with / is optional.
-// A line that holds only % marks the begin or the end of a program.
+// A line with only % marks the beginning or the end of a program.
 #pragma once
 
 #include <cstddef>
@@ -40,7 +40,7 @@ struct GcodeLine {
 };
 
 // Parses one line without its end. Errors: one sentence without file and line: a character that
-// begins no word; a letter without a number; a number that is no decimal number or is too large; a
+// does not begin a word; a letter without a number; a number that is not decimal or is too large; a
 // comment without its end; a line longer than kMaxGcodeLine; parameters, expressions and O-words,
 // which need_rs274() names.
 Result<GcodeLine> parse_gcode(std::string_view text);

@@ -19,9 +19,9 @@ constexpr double kSpiralTolerance = 0.127, kSpiralSlack = 0.00127, kSpiralShare 
 constexpr double kRadiusTolerance = 0.0127;
 // A chord of an arc by R shorter than this [mm] has no direction.
 constexpr double kNoChord = 1e-9;
-// More turns of one arc than this are a mistake.
+// More turns of one arc than this count as an error of the program.
 constexpr double kMaxArcTurns = 10000;
-// Longest dwell [s] and fastest spindle [1/min] that are no mistake.
+// Maximum dwell [s] and spindle speed [1/min]. Higher values count as errors of the program.
 constexpr double kMaxDwell = 1e6, kMaxRpm = 1e7;
 
 bool is_whole(double value, double max) {
@@ -34,7 +34,7 @@ constexpr double kMaxToolNumber = 99999;
 }  // namespace
 
 void Interpreter::warn_once(const std::string& key, const std::string& text) {
-  // The keys are few, but user codes have numbers: the list has an end.
+  // Limit of the list of keys, because user codes have any number.
   if (warned_.size() < 1000 && warned_.insert(key).second) warnings_.push_back({line_, text});
 }
 
@@ -90,7 +90,7 @@ Status Interpreter::run_block(const GcodeBlock& block) {
     if (used && block.has_axis())
       return Error{code_text('G', block.code(GGroup::non_modal)) + " and " +
                    code_text('G', motion_) +
-                   " can't both use the axes of one line; write them on two lines"};
+                   " cannot both use the axes of one line; write them on two lines"};
   }
   if (!used)
     if (const Status ok = move(block); !ok) return ok;
@@ -126,12 +126,12 @@ Status Interpreter::set_speeds(const GcodeBlock& block) {
     if (mode != feed_.mode) feed_ = {mode, 0};
   }
   if (const auto& f = block.value('F')) {
-    if (*f < 0) return Error{word_text('F', *f) + " is negative; a feed rate is 0 or more"};
+    if (*f < 0) return Error{word_text('F', *f) + " is negative; a feed rate must be 0 or more"};
     feed_.value = feed_.mode == FeedMode::inverse_time ? *f : *f * scale();
   }
   if (const auto& s = block.value('S')) {
     if (*s < 0 || *s > kMaxRpm)
-      return Error{word_text('S', *s) + " is no spindle speed in revolutions per minute"};
+      return Error{word_text('S', *s) + " is not a valid spindle speed in revolutions per minute"};
     rpm_ = *s;
     if (block.code(MGroup::spindle) == kNoCode && direction_ != 0)
       add(SpindleTurn{direction_, rpm_});
@@ -142,13 +142,13 @@ Status Interpreter::set_speeds(const GcodeBlock& block) {
 Status Interpreter::set_tool(const GcodeBlock& block) {
   if (const auto& t = block.value('T')) {
     if (!is_whole(*t, kMaxToolNumber))
-      return Error{word_text('T', *t) + " is no tool number; tools have whole numbers"};
+      return Error{word_text('T', *t) + " is not a tool number; tools have whole numbers"};
     selected_ = static_cast<int>(std::round(*t));
     add(ToolSelect{selected_});
   }
   const int code = block.code(MGroup::tool);
   if (code == 60) {
-    if (selected_ < 0) return Error{"M6 changes to no tool; name it with T"};
+    if (selected_ < 0) return Error{"M6 needs a tool; name it with T"};
     tool_ = selected_;
   } else if (code == 610) {
     const auto& q = block.value('Q');
@@ -216,7 +216,7 @@ Status Interpreter::set_length(const GcodeBlock& block) {
   int number = code == 490 ? 0 : tool_ >= 0 ? tool_ : std::max(selected_, 0);
   if (const auto& h = block.value('H'); h && code == 430) {
     if (!is_whole(*h, kMaxToolNumber))
-      return Error{word_text('H', *h) + " is no tool number; tools have whole numbers"};
+      return Error{word_text('H', *h) + " is not a tool number; tools have whole numbers"};
     number = static_cast<int>(std::round(*h));
   }
   add(ToolLength{number});
@@ -302,7 +302,7 @@ Result<AxisPosition> Interpreter::target(const GcodeBlock& block) {
   return to;
 }
 
-// Marks the axes of the line as known, or as places of the machine.
+// Marks the axes of the line as known, or as relative to the machine's zero.
 void Interpreter::start_feed(const AxisPosition& to) {
   RapidMove jump{at_, true};
   bool any = false;
@@ -311,8 +311,8 @@ void Interpreter::start_feed(const AxisPosition& to) {
       jump.to.xyz_mm[static_cast<int>(i)] = to.xyz_mm[static_cast<int>(i)];
       any = true;
       warn_once("feed",
-                "a feed move begins at a place of the machine that is unknown; it is cut "
-                "as if the tool had already been there");
+                "a feed move begins at an unknown place of the machine; its unknown coordinates "
+                "are taken from its end");
     }
     known_[i] = Known::yes;
   }
@@ -454,7 +454,7 @@ Status Interpreter::arc(const GcodeBlock& block) {
   int turns = 1;
   if (const auto& p = block.value('P')) {
     if (!is_whole(*p, kMaxArcTurns) || *p < 1)
-      return Error{word_text('P', *p) + " is no number of turns; it is a whole number from 1"};
+      return Error{word_text('P', *p) + " is not a number of turns; use a whole number from 1"};
     turns = static_cast<int>(std::round(*p));
   }
   if (feed_.value == 0)

@@ -21,7 +21,7 @@ namespace kibori {
 
 struct GcodeBlock;
 
-// What the controller has stored, and the program does not say.
+// Values that are stored in the controller and not in the program.
 struct InterpreterOptions {
   // Offsets of G54 .. G59.3 in the part's frame: those of G54 are zero.
   std::array<AxisPosition, 9> work_offsets = {};
@@ -34,7 +34,7 @@ struct InterpreterOptions {
   std::vector<int> machine_codes;
 };
 
-// Something that the program asks for and that has no effect, or that is unclear.
+// A request of the program that has no effect or is unclear.
 struct ProgramWarning {
   int line = 0;
   std::string text;
@@ -55,7 +55,7 @@ class Interpreter {
   bool inches() const { return inches_; }
 
  private:
-  // What is known about an axis before its first word.
+  // What is known about the position of an axis.
   enum class Known { yes, start, machine };
   struct Cycle {
     std::optional<double> bottom, clear, step, dwell;  // Z, R, Q in mm or program units; P
@@ -94,10 +94,10 @@ class Interpreter {
   void peck(double clear, double bottom);
   void go_to(double height, bool feed);
 
-  // Moves the tool in straight lines, and keeps where it is.
+  // Moves the tool in straight lines, and stores its position.
   void rapid_to(const AxisPosition& to);
   void feed_to(const AxisPosition& to);
-  // Before a feed move: replaces a start that nobody knows.
+  // Before a feed move: replaces an unknown start.
   void start_feed(const AxisPosition& to);
 
   InterpreterOptions options_;

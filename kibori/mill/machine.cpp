@@ -13,7 +13,7 @@ namespace kibori {
 namespace {
 
 constexpr uint64_t kMaxMachineBytes = uint64_t{1} << 20;
-// More rotary axes in a chain make the same orientations again.
+// More rotary axes in a chain give no new orientations.
 constexpr size_t kMaxRotary = 3;
 
 Mat3 turn(int axis, double degrees) {
@@ -97,7 +97,7 @@ void read_root(const TableReader& root, Machine& machine) {
                   [&](const TableReader& axis) { read_rotary(axis, machine.heads); });
   for (const RotaryAxis& axis : machine.heads)
     for (const RotaryAxis& other : machine.tables)
-      if (axis.axis == other.axis) root.fail("one rotary axis can't turn a table and a head");
+      if (axis.axis == other.axis) root.fail("one rotary axis cannot turn both a table and a head");
 }
 
 }  // namespace
@@ -151,8 +151,8 @@ Pose Machine::pose(const AxisPosition& at, bool tcp_is_on) const {
     pose.frame = pose.frame * turn(axis.axis, at.abc_deg[axis.axis]);
   pose.tip = at.xyz_mm;
   if (!tcp_is_on) {
-    // Each head turns what it carries about its own pivot. `carried`: the tip in the frame of the
-    // head, at zero angles.
+    // Each head turns the parts that it carries about its own pivot. `carried`: the tip in the
+    // frame of the head, at zero angles.
     Vec3 tip = Vec3::Zero();
     for (auto axis = heads.rbegin(); axis != heads.rend(); ++axis)
       tip = axis->point_mm + turn(axis->axis, at.abc_deg[axis->axis]) * (tip - axis->point_mm);

@@ -28,7 +28,7 @@ struct CutPiece {
   bool plunges = false;  // moves mostly along the axis
 };
 
-// What the tool and the spindle do.
+// State of the tool and of the spindle.
 struct CutterDrive {
   double diameter_mm = 0;
   int teeth = 0;
@@ -47,7 +47,8 @@ struct CuttingForce {
   double resistance_n_mm2 = 0, force_n = 0, power_w = 0;
 };
 
-// Thinnest chip of the law [mm]. Below it an edge rubs, and the power law would have no limit.
+// Minimum thickness of a chip in the law [mm]. Below it an edge rubs, and the power law would have
+// no limit.
 inline constexpr double kMinChip = 0.001;
 
 Engagement engagement_of(const CutPiece& piece, const CutterDrive& drive);

@@ -40,7 +40,7 @@ class Lines {
         number_++;
         return std::optional(line);
       }
-      // Only a line that is too long is not ended within a chunk and a half.
+      // Only a line that is too long does not end within one and a half chunks.
       if (rest_.size() > kMaxGcodeLine + 1) {
         number_++;
         return std::optional(std::exchange(rest_, {}));
@@ -57,7 +57,7 @@ class Lines {
     const size_t before = buffer_.size();
     buffer_.resize(before + kChunk);
     const int got = gzread(file_, buffer_.data() + before, kChunk);
-    if (got < 0) return Error{"can't be read; the compressed file is damaged"};
+    if (got < 0) return Error{"cannot be decompressed; the file is damaged"};
     buffer_.resize(before + static_cast<size_t>(got));
     at_end_ = got == 0;
     bytes_ += static_cast<uint64_t>(got);
@@ -107,7 +107,7 @@ class ProgramReader final : public Program {
     }
     if (line.size() > kMaxGcodeLine)
       return Error{"the line has more than " + std::to_string(kMaxGcodeLine) +
-                   " characters; the file may be no program"};
+                   " characters; check that the file is a program"};
     if (listing_) return canon_.run(line, lines_.number(), out);
     const Result<GcodeLine> words = parse_gcode(line);
     if (!words) return Error{words.error()};
@@ -127,7 +127,7 @@ Result<std::unique_ptr<Program>> Program::open(const std::filesystem::path& path
                                                InterpreterOptions options) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error))
-    return Error{path.string() + ": is no file that can be read; name a program"};
+    return Error{path.string() + ": is not a readable file; name a program"};
   const gzFile file = gzopen(path.c_str(), "rb");
   if (!file) return Error{path.string() + ": can't be opened; check its permissions"};
   return std::unique_ptr<Program>(

@@ -20,7 +20,7 @@ inline constexpr uint64_t kMaxProgramBytes = uint64_t{1} << 33;
 
 class Program {
  public:
-  // Opens a file. Errors: it is no regular file or can't be read.
+  // Opens a file. Errors: it is not a regular file, or cannot be read.
   static Result<std::unique_ptr<Program>> open(const std::filesystem::path& path,
                                                InterpreterOptions options = {});
   // A program in memory. `name`: for messages. `text` must outlive the program.

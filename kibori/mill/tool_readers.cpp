@@ -51,8 +51,8 @@ Status add_camotics_tool(const std::string& key, const Json& object, ToolTable& 
   MillTool tool;
   const auto [end, error] = std::from_chars(key.data(), key.data() + key.size(), tool.number);
   if (error != std::errc() || end != key.data() + key.size() || tool.number < 0)
-    return Error{"tool '" + key + "' has no number; keys of tools are whole numbers"};
-  if (!object.is_object()) return Error{"tool " + key + " is no object"};
+    return Error{"tool '" + key + "' is not a number; keys of tools must be whole numbers"};
+  if (!object.is_object()) return Error{"tool " + key + " must be a JSON object"};
   Result<Tool> shape = camotics_shape(object);
   if (!shape) return Error{"tool " + key + " " + shape.error()};
   if (const Status ok = check_tool(shape.value()); !ok)
@@ -89,7 +89,7 @@ Status read_workpiece(const Json& root, MillProject& project) {
 }
 
 Status read_project(const Json& root, const std::filesystem::path& folder, MillProject& project) {
-  if (!root.is_object()) return Error{"is no project of CAMotics, which is a JSON object"};
+  if (!root.is_object()) return Error{"is not a project of CAMotics, which is a JSON object"};
   if (const auto tools = root.find("tools"); tools != root.end() && tools->is_object()) {
     if (tools->size() > kMaxTools) return Error{"has more than 10000 tools; remove some"};
     for (const auto& [key, object] : tools->items())
@@ -172,8 +172,8 @@ void read_mill_tool(SceneReader& reader, const TableReader& t, ToolTable& table)
   read_section(t, "holder", BodyPart::holder, tool);
   tool.body.erase(tool.body.begin());
   if (table.find(tool.number))
-    return t.fail("number", t.full("number is used twice; each tool has its own"));
-  if (table.tools.size() >= kMaxTools) return t.fail("a table has at most 10000 tools");
+    return t.fail("number", t.full("number is used twice; each tool needs its own"));
+  if (table.tools.size() >= kMaxTools) return t.fail("a table can have at most 10000 tools");
   table.tools.push_back(std::move(tool));
 }
 
@@ -183,7 +183,7 @@ Result<MillProject> parse_camotics(const std::string& text, const std::string& n
                                    const std::filesystem::path& folder) {
   std::string why;
   const Json root = parse_json(text, &why);
-  if (root.is_discarded()) return Error{sanitize_message(name + ": is no JSON: " + why)};
+  if (root.is_discarded()) return Error{sanitize_message(name + ": is not valid JSON: " + why)};
   MillProject project;
   if (const Status ok = read_project(root, folder, project); !ok)
     return Error{sanitize_message(name + ": " + ok.error())};
@@ -201,7 +201,7 @@ Result<ToolTable> parse_toml_tools(const std::string& text, const std::string& n
     root.for_tables("tool", "tools are written as [[tool]]",
                     [&](const TableReader& t) { read_mill_tool(reader, t, table); });
     if (!reader.error.found() && table.tools.empty())
-      root.fail("holds no tool; write [[tool]] with number and cutter");
+      root.fail("has no tool; write [[tool]] with number and cutter");
     if (reader.error.found()) return Error{reader.error.sentence()};
     return table;
   } catch (const toml::parse_error& error) {

@@ -62,7 +62,7 @@ Status add_line(const std::string& line, ToolTable& table) {
   tool.cutter = shape_by_remark(remark, std::abs(size->value) / 2, known);
   if (!known)
     table.warnings.push_back("T" + std::to_string(tool.number) +
-                             " names no shape in its remark and is used as a flat end mill");
+                             " has no shape in its remark and is used as a flat end mill");
   table.tools.push_back(std::move(tool));
   return Ok{};
 }
@@ -101,12 +101,12 @@ Result<ToolTable> parse_linuxcnc_tools(const std::string& text, const std::strin
     number++;
     Status ok = table.tools.size() < kMaxTools
                     ? add_line(line, table)
-                    : Status(Error{"a table has at most 10000 tools; remove some"});
+                    : Status(Error{"a table can have at most 10000 tools; remove some"});
     if (!ok)
       return Error{sanitize_message(name + ":" + std::to_string(number) + ": " + ok.error())};
   }
   if (table.tools.empty())
-    return Error{name + ": holds no tool with a diameter; add a line as T1 P1 D3.175"};
+    return Error{name + ": has no tool with a diameter; add a line such as T1 P1 D3.175"};
   return table;
 }
 

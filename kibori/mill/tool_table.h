@@ -15,7 +15,7 @@
 
 namespace kibori {
 
-// What a part of a tool is, if it does not cut.
+// The kind of a part of a tool that does not cut.
 enum class BodyPart { neck, shank, holder };
 constexpr Names<3> names_of(BodyPart) { return {"neck", "shank", "holder"}; }
 
@@ -28,8 +28,8 @@ struct ToolSection {
 struct MillTool {
   int number = 0;
   std::string name;               // may be empty
-  Tool cutter;                    // what cuts, from the tip up
-  std::vector<ToolSection> body;  // above it, from below
+  Tool cutter;                    // the cutter, from the tip up
+  std::vector<ToolSection> body;  // the other parts above it, from below
   int teeth = 0;                  // 0: unknown, so there is no force
 };
 
@@ -53,13 +53,13 @@ inline constexpr size_t kMaxTools = 10000;
 // A ball end mill: a ball and a cylinder of the same radius, up to `length_mm`.
 Tool ball_end_mill(double radius_mm, double length_mm);
 
-// Largest radius of what cuts [mm]; infinite if it is unknown.
+// Largest radius of the cutter [mm]; infinite if it is unknown.
 double cutter_radius_mm(const Tool& tool);
 
 // Parses a table. `name`: for messages. Errors: one sentence with file and line or tool.
 Result<ToolTable> parse_linuxcnc_tools(const std::string& text, const std::string& name);
 Result<ToolTable> parse_toml_tools(const std::string& text, const std::string& name);
-// `folder`: that of the programs' names.
+// `folder`: the folder to which the names of programs are relative.
 Result<MillProject> parse_camotics(const std::string& text, const std::string& name,
                                    const std::filesystem::path& folder);
 

@@ -24,7 +24,7 @@ void DirectTool::touch(const Tool& tool, const ToolMotion& motion, int substeps,
   const Lattice& lattice = model_.lattice();
   const SweptTool start(tool, motion.start, Vec3::Zero(), lattice);
   if (substeps > 1) {
-    // Cut, then restore the model: a substep must not count what an earlier one reached.
+    // Cuts, then restores the model, because a substep must not count the volume of an earlier one.
     const Snapshot before = model_.snapshot();
     Removed inside;
     cut(model_, start, options, inside);
@@ -94,7 +94,8 @@ Result<ToolTick> DirectTool::advance(const Tool& tool, const Vec3& tip_mm, const
   const Lattice& lattice = model_.lattice();
   if (!tip_mm.allFinite() || !(turn_rad.squaredNorm() <= kMaxTurn * kMaxTurn))
     return Error{
-        "one tick moves the tool to no place at all, or turns it more than ten times around"};
+        "one tick moves the tool to a position that is not finite, or turns it by more than ten "
+        "full turns"};
   if (reshapes(mode)) mode = Mode::off;
   const ToolMotion motion{pose_, tip_mm - pose_.tip, turn_rad};
   ToolTick result = moved_tick(motion, tip_mm);

@@ -44,8 +44,8 @@ class DirectTool {
   void set_grain(const Grain* grain) { edit_.set_grain(grain); }
   // Volume that the last advance removed or added, by material. Includes the images.
   const Removed& removed() const { return removed_; }
-  // Model `energy`: volume whose resistance is still pending (see PathMean) [cells^3, over the
-  // materials' u]. The volume that is pending when a stroke ends causes no force.
+  // Model `energy`: volume whose resistance is still pending [cells^3] (PathMean::unpaid). The
+  // volume that is pending when a stroke ends causes no force.
   double unpaid_cells() const { return mean_.unpaid(); }
   // Shape of the chip that the last advance's force is computed from. All zero if no law needs it.
   const Chip& chip() const { return chip_; }

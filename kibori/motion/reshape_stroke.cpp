@@ -33,8 +33,8 @@ constexpr int kCollars = 3, kLastCollars = 40;
 // Growth of the collar's radius per round at the stroke's end, and its maximum, relative to the
 // first.
 constexpr double kWiden = 1.2, kWidest = 4;
-// The profile meets the tool at this distance of the tip's path [cells]. Each time, the whole body
-// is rebuilt.
+// Whenever the tip has moved this far [cells], the profile meets the tool, and the whole body is
+// rebuilt.
 constexpr double kWheelSpacing = 1;
 // Share of a lathe's cutting force that the hand supports. It is about the ratio of the feed to the
 // speed of the rim: tens of mm/s to metres per second.
@@ -404,7 +404,7 @@ Status ReshapeStroke::advance(ToolTick& tick, bool now) {
   const Vec3 displacement = tick.pose.tip - from.tip;
   const double length = std::sqrt(displacement.squaredNorm()), spacing = spacing_mm();
   if (!(length <= kMaxDabs * spacing))
-    return Error{"one tick's way holds more than 10000 dabs of this brush; move slower"};
+    return Error{"one tick would need more than 10000 dabs of this brush; move slower"};
   last_ = tick.pose;
   Sums sums;
   if (warps(mode)) {

@@ -12,7 +12,7 @@ using namespace spring;
 
 namespace {
 
-// Tolerances of the balance: a share of the pull, and a distance [cells]. A thousandth of the
+// Tolerances of the balance: a share of the pull, and a distance [cells]. A thousandth of the found
 // distance also suffices.
 constexpr double kBalanceShare = 3e-4;
 constexpr double kBalanceError = 1e-4;

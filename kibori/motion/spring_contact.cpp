@@ -21,8 +21,8 @@ constexpr double kWallReach = 0.1;
 constexpr double kWallStep = 1;
 // Radius [cells] around the centre of contact in which the wall's own normals are used.
 constexpr double kWallLookAround = 2.5;
-// Shares of its displacement by which the tool is lifted. The first is used that keeps it out of
-// the wall over the distance kWallLook [cells].
+// Shares of its displacement by which the tool is lifted. The tool uses the first share that keeps
+// it out of the wall over the distance kWallLook [cells].
 constexpr double kWallLifts[] = {0.02, 0.06, 0.2}, kWallLook = 0.5;
 // Steps of the search for a clear place. The first is in cells; each next one is longer by the
 // factor. So the search exceeds the distance by a fifth at most.

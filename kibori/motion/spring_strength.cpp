@@ -12,8 +12,9 @@ using namespace spring;
 
 namespace {
 
-// The reduced depth is found to this share of the strength, from below. A larger error is visible
-// as steps in the groove's bottom: a hundredth of the force is some hundredths of a mm of depth.
+// At the reduced depth the resistance is below the strength by at most this share. A larger error
+// is visible as steps in the groove's bottom: a hundredth of the force is some hundredths of a mm
+// of depth.
 constexpr double kRiseShare = 0.02;
 constexpr int kMaxRises = 32;
 // Unused work of the hand is saved for resistance that comes in lumps. An example is a flat face
@@ -49,9 +50,10 @@ void SpringTool::look_ahead(Tick& tick, const Pose& device) const {
   tick.whole = false;
 }
 
-// Raises the end of the path along `up` until the hand can just drive the tool there; the hand is
-// then farther away by as much. The original path is too hard by too_hard_n. Returns false, with an
-// unchanged tick, if the path does not lead sideways or no height suffices.
+// Raises the end of the path along `up` until the hand can just drive the tool there. The spring is
+// then stretched by this height, too. On the original path the resistance exceeds the pull by
+// too_hard_n. Returns false, with an unchanged tick, if the path does not lead sideways or no
+// height suffices.
 bool SpringTool::deflect(Tick& tick, const Vec3& up, double too_hard_n) {
   const double h = model_.lattice().pitch_mm, strength = spring_.strength_n;
   const ToolMotion wanted = tick.motion;

@@ -56,14 +56,14 @@ Status check_stroke_guide(const StrokeGuideSettings& s) {
   if (!not_negative(s.steady_mm) || !not_negative(s.entry_mm) || !not_negative(s.lift_mm))
     return Error{"a guide's steady, entry and lift must be lengths of at least 0 mm"};
   if (!(s.every_mm == 0 || (s.every_mm >= kMinEveryMm && s.every_mm <= kMaxCoordinate)))
-    return Error{"a stamp is pressed in every 0.1 mm or more, or, with 0, once"};
-  if (!s.centre_mm.allFinite()) return Error{"a guide's circle has its centre at no place at all"};
+    return Error{"a stamp's distance must be at least 0.1 mm, or 0 to press it in once"};
+  if (!s.centre_mm.allFinite()) return Error{"the centre of a guide's circle must be finite"};
   if (s.guide == Guide::curve) {
     if (s.curve_mm.size() < 2 || s.curve_mm.size() > kMaxCurvePoints)
       return Error{"a guide's curve needs 2 to 100000 points"};
     for (const Vec3& point : s.curve_mm)
       if (!(point.cwiseAbs().maxCoeff() <= kMaxCoordinate))
-        return Error{"a guide's curve has a point at no place at all"};
+        return Error{"the points of a guide's curve must be finite"};
   }
   return Ok{};
 }

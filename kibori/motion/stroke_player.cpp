@@ -19,13 +19,13 @@ Status check_stroke(const StrokeSettings& s, const NoGo* no_go) {
   if (Status fine = check_tool(s.tool); !fine) return fine;
   if (Status fine = check_symmetry(s.symmetry); !fine) return fine;
   if (s.materials.empty()) return Error{"a stroke needs at least one material"};
-  if (s.material >= s.materials.size()) return Error{"there is no such material"};
+  if (s.material >= s.materials.size()) return Error{"this material is unknown"};
   if (Status fine = check_modes(s.mode, s.second_mode(), no_go != nullptr); !fine) return fine;
   if (reshapes(s.mode))
     if (Status fine = check_brush_of(s.mode, s.brush); !fine) return fine;
   if (!s.second) return Ok{};
   if (Status fine = check_tool(s.second->tool); !fine) return fine;
-  if (s.second->material >= s.materials.size()) return Error{"there is no such material"};
+  if (s.second->material >= s.materials.size()) return Error{"this material is unknown"};
   return Ok{};
 }
 
@@ -138,7 +138,7 @@ Result<ToolTick> StrokePlayer::play_move(const MoveTick& tick, bool second) {
 Result<ToolTick> StrokePlayer::play(const RecordedTick& tick) {
   played_ = nullptr;
   if (tick.second && !(second_ && settings_.second))
-    return Error{"it has ticks of a second hand, and none"};
+    return Error{"it has ticks of a second hand, but no second hand"};
   return std::visit(Overload{[&](const MoveTick& move) { return play_move(move, tick.second); },
                              [&](const PutTick& put) -> Result<ToolTick> {
                                hand(tick.second).place(put.pose);

@@ -51,8 +51,8 @@ Result<int> substeps_of(const Tool& tool, const ToolMotion& motion, const Lattic
   if (wanted <= kMaxTurnSubsteps) return static_cast<int>(wanted);
   char text[200];
   std::snprintf(text, sizeof text,
-                "one tick moves the tool by %.3g mm and %.3g degrees, which takes more than %d "
-                "substeps; go slower",
+                "one tick moves the tool by %.3g mm and %.3g degrees, which needs more than %d "
+                "substeps; move slower",
                 std::sqrt(motion.travel_mm.squaredNorm()),
                 std::sqrt(motion.turn_rad.squaredNorm()) * 180 / 3.14159265358979,
                 kMaxTurnSubsteps);

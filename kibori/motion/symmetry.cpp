@@ -32,10 +32,9 @@ Mat3 part_of_turn(Axis axis, int k, int n) {
 }  // namespace
 
 Status check_symmetry(const Symmetry& symmetry) {
-  if (!symmetry.centre_mm.allFinite())
-    return Error{"the planes and the axis of symmetry pass through no place at all"};
+  if (!symmetry.centre_mm.allFinite()) return Error{"the centre of the symmetry must be finite"};
   if (symmetry.fold < 1 || symmetry.fold > kMaxFold)
-    return Error{"a symmetry about an axis has 1 to 16 parts"};
+    return Error{"a symmetry about an axis must have 1 to 16 parts"};
   return Ok{};
 }
 

@@ -180,12 +180,12 @@ class Painter {
     size_ = box_.size().norm();
     place_camera();
     const Vec3 side = right_, up = Vec3::UnitZ();
-    // From the left, above, a little from the camera's side.
+    // From the upper left, slightly on the camera's side.
     light_ = (-0.75 * side - 0.55 * forward_flat() + 1.15 * up).normalized();
     log_ = log_of(options.plank.value_or(box_), options.log);
   }
 
-  // What light from the lamp and the sky makes of a point. The colour is
+  // The light of the lamp and of the sky at a point. The colour is
   // seen * by_lamp + (1 - blocked) * by_sky + blocked * by_object + rest.
   struct Shade {
     Rgb3 by_lamp = Rgb3::Zero(), by_sky = Rgb3::Zero(), by_object = Rgb3::Zero(),
@@ -205,7 +205,7 @@ class Painter {
     double seen_before = 0, blocked_before = 0;  // of the last pass
   };
 
-  // Traces the paths of a row.
+  // Traces the light paths of a row.
   void trace(int y, Pixel* pixels) const {
     for (int x = 0; x < options_.width; x++) pixels[x] = trace(x, y);
   }
@@ -498,12 +498,12 @@ std::optional<Vec3> view_named(const std::string& name) {
 
 Result<Image> draw_picture(const Surface& surface, std::span<const std::array<uint8_t, 3>> colors,
                            const PictureOptions& options) {
-  if (surface.triangles.empty()) return Error{"there is nothing to draw"};
+  if (surface.triangles.empty()) return Error{"there is no material to draw"};
   for (const int side : {options.width, options.height})
     if (side < 16 || side > 16384)
-      return Error{"a picture has 16 to 16384 pixels a side, not " + std::to_string(side)};
+      return Error{"a picture must have 16 to 16384 pixels per side, not " + std::to_string(side)};
   if (!options.view.allFinite() || !(options.view.norm() > 0))
-    return Error{"a picture needs a direction to look in"};
+    return Error{"a picture needs a viewing direction"};
   const Scene scene(surface);
   if (!scene.good())
     return Error{"not enough memory to draw a mesh of this size; simplify it first"};

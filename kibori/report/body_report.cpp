@@ -73,12 +73,12 @@ std::string bodies_text(const std::vector<BodyReport>& reports) {
     text += line + sanitize_message(report.body.name);
     if (!report.body.visible) text += "  (hidden)";
     if (report.body.locked) text += "  (locked)";
-    if (report.body.no_go) text += "  (no-go)";
+    if (report.body.no_go) text += "  (protected)";
     text += "\n";
     if (report.volume_mm3 > 0) {
       const Vec3 centre = report.body.pose.to_world(report.mass.centre_mm);
       std::snprintf(line, sizeof line, "%6s  %12s", "",
-                    report.mass.mass_g > 0 ? "" : "mass not known");
+                    report.mass.mass_g > 0 ? "" : "mass unknown");
       if (report.mass.mass_g > 0)
         std::snprintf(line, sizeof line, "%6s  %10.4g g", "", report.mass.mass_g);
       text += line;
@@ -89,8 +89,8 @@ std::string bodies_text(const std::vector<BodyReport>& reports) {
     if (!report.remains) continue;
     const Remains& remains = *report.remains;
     std::snprintf(line, sizeof line,
-                  "%6s  %12.6g  outside what is no-go; its surface is %.4g mm away at most, %.4g "
-                  "on average\n",
+                  "%6s  %12.6g  outside the protected region; its surface is at most %.4g mm away "
+                  "from it, %.4g mm on average\n",
                   "", remains.volume_mm3, remains.distance.max, remains.distance.mean);
     text += line;
   }

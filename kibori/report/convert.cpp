@@ -66,7 +66,7 @@ Result<Converted> into_dexels(const std::filesystem::path& in, const ConvertOpti
   if (!warning.empty() && options.warning) options.warning(in.string() + ": " + warning);
   converted.model = std::move(stock.value().model);
   if (converted.model->empty())
-    return Error{in.string() + ": holds no material at this pitch; use a finer one"};
+    return Error{in.string() + ": has no material at this pitch; use a finer one"};
   return converted;
 }
 

@@ -35,7 +35,7 @@ struct Converted {
 };
 
 // Reads a mesh or a relief into dexels, in place and in mm. Errors: those of reading, or a mesh
-// that is no solid at this pitch.
+// that is not a solid at this pitch.
 Result<Converted> into_dexels(const std::filesystem::path& in, const ConvertOptions& options);
 
 // Writes the surface of a model, simplified by tolerance_mm if that is not 0 (see simplify.h).

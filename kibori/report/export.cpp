@@ -68,7 +68,7 @@ Result<int> write_layers(const std::filesystem::path& folder, const Snapshot& mo
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error || !std::filesystem::is_directory(folder))
-    return Error{folder.string() + ": the folder can't be made: " + error.message()};
+    return Error{folder.string() + ": the folder cannot be created: " + error.message()};
   std::mutex guard;
   size_t done = 0;
   Status wrong = Ok{};

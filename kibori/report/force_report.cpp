@@ -435,7 +435,7 @@ std::string summary_text(const CarveSummary& s) {
   append(text, "left         %.6g mm3", s.volume_mm3);
   if (s.bodies > 1) append(text, " in %zu bodies", s.bodies);
   text += "\n";
-  append(text, "most force   %.4g N, moment %.4g N mm\n", s.max_force_N, s.max_moment_Nmm);
+  append(text, "max force    %.4g N, moment %.4g N mm\n", s.max_force_N, s.max_moment_Nmm);
   append(text, "step         median %.1f us, p99 %.1f, p99.9 %.1f, max %.1f\n", s.step_us.median,
          s.step_us.p99, s.step_us.p999, s.step_us.max);
   append(text, "model        pitch %g mm, %lld rays, %lld spans, %.2f MB\n", s.pitch_mm,

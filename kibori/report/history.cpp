@@ -36,7 +36,7 @@ std::string history_text(const Document& document) {
                                                   : step.label);
     for (const auto& [name, at] : document.versions())
       if (at == id) text += "  [" + sanitize_message(name) + "]";
-    if (!step.finished) text += "  (still being made)";
+    if (!step.finished) text += "  (not finished)";
     text += "\n";
   }
   return text;

@@ -35,7 +35,7 @@ constexpr double kPreviewNodes = 96;  // along a volume's longest side
 // A search for holes in this number of triangles takes about a second and 300 MB.
 constexpr size_t kMaxLookedAt = 2000000;
 
-// A shape can stand on a side from this share of its footprint.
+// Minimum share of the footprint that must touch the floor so that a shape can stand.
 constexpr double kFlat = 0.05;
 
 // [mm^2]
@@ -85,7 +85,7 @@ double middle_height(const TriangleMesh& mesh, const Box& box, int up) {
 
 std::vector<std::string> repairs_of(const TriangleMesh& mesh) {
   if (mesh.triangles.size() > kMaxLookedAt)
-    return {"It has too many triangles to search for holes; any holes are closed."};
+    return {"It has too many triangles to search for holes; holes are closed during the import."};
   const Surface surface = surface_of_mesh(mesh);
   const MeshInfo info = mesh_info(surface, mesh.triangles.size() - surface.triangles.size());
   std::vector<std::string> repairs;
@@ -94,9 +94,9 @@ std::vector<std::string> repairs_of(const TriangleMesh& mesh) {
   };
   if (info.open_edges)
     repairs.push_back("It is open at " + number(info.open_edges, "edge", "edges") +
-                      ": holes are closed where two of three directions agree.");
+                      ": a hole is closed if two of the three directions agree.");
   else if (info.volume_mm3 < 0)
-    repairs.push_back("Its faces look inward: they are turned.");
+    repairs.push_back("Its faces point inward: they are reversed.");
   if (info.overfull_edges)
     repairs.push_back(number(info.overfull_edges, "edge has", "edges have") +
                       " more than two faces: the insides are united.");
@@ -166,7 +166,7 @@ UpGuess guess_up(const std::string& ending, const TriangleMesh& mesh) {
   using Up = MeshFormat::Up;
   const MeshFormat* const format = mesh_format_of(ending);
   const Up usual = format ? format->up : Up::mostly_z;
-  if (usual == Up::turned) return {{}, "GLB files have y up, and it was turned so."};
+  if (usual == Up::turned) return {{}, "GLB files have y up, so it was turned."};
   const Box box = mesh.bounds();
   const bool custom_y = usual == Up::mostly_y;
   const int custom = custom_y ? 1 : 2, other = 3 - custom;
@@ -179,7 +179,7 @@ UpGuess guess_up(const std::string& ending, const TriangleMesh& mesh) {
     return {up(other), "It has a flat base when " + name[other] + " is up."};
   if (usual == Up::perhaps_z && here < kFlat &&
       middle_height(mesh, box, other) + 0.08 < middle_height(mesh, box, custom))
-    return {up(other), "Its weight lies lower when " + name[other] + " is up."};
+    return {up(other), "Its centre of mass is lower when " + name[other] + " is up."};
   return {up(custom),
           (custom_y ? "OBJ files mostly have y up" : "Files like this one mostly have z up") +
               std::string(here > kFlat ? ", and it has a flat base so." : ".")};
@@ -206,8 +206,8 @@ uint16_t label_near(const LabelVolume& volume, const Vec3& at_mm) {
   return found;
 }
 
-// Every n-th voxel along each axis, so that its voxels are at most `max_mm` long if they were
-// before. The preview does not resolve more.
+// Keeps every n-th voxel along each axis. The new voxels are at most `max_mm` long, unless the old
+// ones were longer. The preview does not resolve more.
 LabelVolume thinned(const LabelVolume& volume, double max_mm) {
   LabelVolume thin;
   thin.names = volume.names;
@@ -259,10 +259,10 @@ Result<ImportReport> report_volume(const std::filesystem::path& path) {
   ImportReport report;
   report.kind = ImportReport::Kind::volume;
   report.labels = report_labels(read.value());
-  if (report.labels.empty()) return Error{path.string() + ": holds nothing but air"};
+  if (report.labels.empty()) return Error{path.string() + ": contains only air"};
   if (report.labels.size() > kMaxMaterials)
     return Error{path.string() + ": has " + std::to_string(report.labels.size()) +
-                 " labels, and a piece has at most " + std::to_string(kMaxMaterials) +
+                 " labels, but a piece can have at most " + std::to_string(kMaxMaterials) +
                  " materials; is it a segmentation?"};
   report.size_mm = read.value().size_mm();
   const double longest = report.size_mm.maxCoeff(), pitch = longest / kPreviewNodes;
@@ -275,7 +275,7 @@ Result<ImportReport> report_volume(const std::filesystem::path& path) {
   deposit(model, GridSolid(whole, Vec3::Zero(), lattice.value()), 0, {}, added);
   const Surface surface = extract_surface(model.snapshot());
   if (surface.triangles.empty())
-    return Error{path.string() + ": what it holds is too thin to be carved"};
+    return Error{path.string() + ": its material is too thin to be carved"};
   TriangleMesh mesh;
   for (const SurfaceVertex& vertex : surface.vertices)
     mesh.vertices.emplace_back(vertex.position[0], vertex.position[1], vertex.position[2]);

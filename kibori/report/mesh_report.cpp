@@ -60,7 +60,7 @@ ThinWalls thin_walls(const Snapshot& model, double threshold_mm) {
 constexpr double kOnBed = 1e-4;
 
 // Surfaces have float32 vertices. Moves a mesh that is too far away for them to the origin, and
-// returns from where; others stay as they are, and so do the digits of what is reported.
+// returns its old position. Other meshes do not move, so that the reported digits do not change.
 Vec3 near_origin(TriangleMesh& mesh) {
   // Share of the longest side, as in formats/text.cpp.
   constexpr double kMaxRounding = 1e-6;
@@ -200,7 +200,7 @@ std::string mesh_report_json(const MeshReport& report) {
                           {"share", w.share}};
   }
   json["notes"] = report.notes;
-  // A file's name may be no UTF-8.
+  // A file's name may not be UTF-8.
   return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 

@@ -21,8 +21,8 @@ struct ThinWalls {
   double share;                   // of the wall area (pairs of opposite faces) below the threshold
 };
 
-// Faces that a printer, which builds upward along z, would print in the air. They look down and
-// lean from upright by more than `threshold_deg`. Faces on the bed (the minimum height) do not
+// Faces that a printer, which builds upward along z, would print in the air. They face down and
+// lean from the vertical by more than `threshold_deg`. Faces on the bed (the minimum height) do not
 // count.
 struct Overhangs {
   double threshold_deg;

@@ -73,7 +73,7 @@ std::string mill_text(const MillSummary& summary) {
   add("moves        %lld in %lld sweeps\n", static_cast<long long>(summary.moves),
       static_cast<long long>(summary.sweeps));
   add("path         %.6g mm feed, %.6g mm rapid\n", summary.feed_mm, summary.rapid_mm);
-  add("time         %s, of it %s rapid\n", duration(summary.seconds).c_str(),
+  add("time         %s, %s of it rapid\n", duration(summary.seconds).c_str(),
       duration(summary.rapid_seconds).c_str());
   add("removed      %.8g mm3\nremaining    %.8g mm3\n", summary.removed_mm3, summary.remaining_mm3);
   for (const MillToolUse& use : summary.tools) text += tool_text(use);

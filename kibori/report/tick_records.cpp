@@ -66,7 +66,7 @@ Result<TickRecords> about_ticks(const Document& document, StepId to) {
     } else {
       const Result<StrokeSettings> settings = document.settings(id);
       if (!settings) return Error{settings.error()};
-      // The forces in the result are computed again. But who exports them relies on the document.
+      // The forces in the result are computed again. An export must equal the document.
       const auto check_only = [](const std::vector<Wrench>&) -> Status { return Ok{}; };
       if (Status forces = document.for_forces(id, check_only); !forces)
         return Error{forces.error()};
@@ -461,7 +461,7 @@ Status write_ticks_hdf5(const std::filesystem::path& path, const Document& docum
     written = H5Fclose(file) >= 0 && written;
   }
   if (!done) return done;
-  if (!written) return Error{path.string() + ": can't be written into the temporary folder first"};
+  if (!written) return Error{path.string() + ": cannot be written to the temporary folder"};
   const Result<std::vector<char>> bytes = read_file(made);
   if (!bytes) return Error{bytes.error()};
   NewFile whole(path);

@@ -67,7 +67,8 @@ struct Nearest {
     distance2 = hn::Min(other2, distance2);
     end = hn::IfThenElse(hn::RebindMask(DI(), nearer), other, end);
   }
-  // Offers the nearer of two, `apart2` farther. The next step then depends on one result, not two.
+  // Offers the nearer of two ends, at a squared distance larger by `apart2`. The next step then
+  // depends on one result, not two.
   HWY_INLINE void offer(Nearest one, const Nearest& two, VF apart2) {
     one.offer(two.distance2, two.end);
     offer(hn::Add(one.distance2, apart2), one.end);
@@ -131,7 +132,7 @@ HWY_INLINE void FindOnRays(const BandSlice& s, size_t row) {
     }
     const size_t nodes = NodesWithin(s, min2);
     if (nodes == 0) continue;
-    // Blocks of the row in which it may be the nearest.
+    // Number of blocks on each side in which one of these ends may be the nearest.
     size_t below = nodes - 1, above = nodes - 1;
     if (s.step == 1) {
       const auto blocks = [&](int lanes_before) {
@@ -262,7 +263,7 @@ void Measure(const MeasuredBlocks& of) {
   FloatRow place[3], normal[3];  // by axis
   for (const NodeBlock* block = of.blocks; block < of.blocks + of.count; block++) {
     const IndexRow& nearest = of.nearest[block->place / kRow];
-    // A node without an end uses any.
+    // A node without an end computes with an arbitrary one.
     for (size_t n = 0; n < kRow; n++) {
       const SurfaceEnd& end = of.ends[std::max(nearest.lane[n], 0)];
       for (int axis = 0; axis < 3; axis++) {

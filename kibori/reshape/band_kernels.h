@@ -53,7 +53,7 @@ struct BandPlane {
   const detail::RayItems* rays;
   const detail::BandSpans* spans;
   float* phi;
-  const float *row_away, *block_away;  // as of a slice
+  const float *row_away, *block_away;  // as in BandSlice
   float away, reach2;
   const uint16_t* wanted;
   const detail::RowRange* computed;  // of each row; null: all
@@ -69,7 +69,7 @@ struct MeasuredBlocks {
   float* phi;
 };
 
-// Nodes whose phi may change: of no row at the box's border.
+// Nodes whose phi may change. None of them is in a row at the box's border.
 struct ChangedBlocks {
   const NodeBlock* blocks;
   size_t count;

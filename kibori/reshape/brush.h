@@ -40,8 +40,8 @@ struct FlatPlane {
   bool operator==(const FlatPlane&) const = default;
 };
 
-// The plane of flatten, trim and build: fitted to the surface under its first dab, fitted under each
-// dab, or the brush's own.
+// The plane of flatten, trim and build. `stroke`: fitted to the surface under the first dab; `dab`:
+// fitted under each dab; `plane`: the brush's own plane.
 enum class FlattenTo { stroke, dab, plane };
 constexpr Names<3> names_of(FlattenTo) { return {"stroke", "dab", "plane"}; }
 
@@ -106,7 +106,7 @@ struct Reshaped {
   double added_mm3 = 0, removed_mm3 = 0;
   int64_t points = 0;    // lattice nodes that changed sides
   bool clipped = false;  // material beyond the lattice was lost
-  double own = 1;        // share that the hand did itself; its images did the rest
+  double own = 1;        // share of the hand's own place; its images have the rest
   // Per material, for the hand's own part: its share of the moved volume, and a weighted sum of
   // positions. The centre is sum_mm / share.
   struct Part {

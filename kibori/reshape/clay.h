@@ -10,10 +10,10 @@
 //
 //   w = falloff(|x - c| / R) * clamp(distance to the sweep / kRamp, 0, 1)
 //
-// The one lambda is used that adds the wanted volume (dexel/volume.h). The volume is measured by
-// the spans, or, with a tolerance, estimated from distances at nodes. The sweep is the tool, swept
-// forward and back by R along its motion and out along its axis. Nothing rises in the sweep: a
-// furrow stays open behind the tool, no wave forms in front of it, and nothing closes over it.
+// Lambda is chosen so that the wanted volume is added (dexel/volume.h). The volume is measured from
+// the spans. With a tolerance, it is estimated from the distances at nodes. The sweep is the tool,
+// swept forward and back by R along its motion and out along its axis. Nothing rises in the sweep:
+// a furrow stays open behind the tool, no wave forms in front of it, and nothing closes over it.
 #pragma once
 
 #include <array>
@@ -51,11 +51,12 @@ class Clay {
     path_band_.set_threads(threads);
   }
   // Raises the surface within `radius_mm` of the centre of `tools[of]` until `volume_mm3` is added.
-  // A negative volume sinks it. `tolerance`: permitted error, as a share of the volume (from 5e-3
-  // on, some percent more: see WriteBack::rough_volume). One collar rises by at most kMaxRise, and
-  // not beyond the lattice. Nothing rises in the sweep of any of the tools. If the volume has a
-  // step at the wanted one, the nearer side is used. Errors: a position, radius or volume that is
-  // not finite; not enough memory for the region.
+  // A negative volume sinks it. `tolerance`: permitted error, as a share of the volume. From 5e-3
+  // on, the error may be a few percent larger: see WriteBack::rough_volume. One collar rises by at
+  // most kMaxRise, and not beyond the lattice. Nothing rises in the sweep of any of the tools. If
+  // the wanted volume is within a step of the volume's function, the nearer side of the step is
+  // used. Errors: a position, radius or volume that is not finite; not enough memory for the
+  // region.
   Result<Reshaped> raise(TriDexel& model, const Tool& tool, std::span<const PressingTool> tools,
                          size_t of, double radius_mm, double volume_mm3, double tolerance);
 

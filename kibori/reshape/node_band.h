@@ -8,15 +8,15 @@
 //
 // The 1 is one cell of sideways distance: within it, the end's own plane is used. A field has such
 // an end near each point of a plane (within 0.97 cells) under one condition. The normal's component
-// along its rays must be at least 0.75 of the largest. Therefore, the ends of one field are enough
-// for farther nodes. These are the `major` ends:
+// along its rays must be at least 0.75 of the largest. Therefore, nodes that are no neighbours of
+// the surface need the ends of only one field. These are the `major` ends:
 //
 //   z   where that holds
 //   y   where it holds, unless the component along z is above 0.87 of the largest
 //   x   where it holds, unless the component along z or y is
 //
-// This leaves 4 degrees in which two fields overlap. Other ends only serve the two nodes of their
-// lattice edge.
+// So two fields overlap in a range of 4 degrees. Each of the other ends serves only the two nodes
+// of its lattice edge.
 //
 // Nodes are processed in rows along x. The number of rows near a surface is smallest if they run
 // along it. Therefore, a band can be read with the model's axes turned. Then boxes, nodes, places,
@@ -184,7 +184,7 @@ struct DepthRange {
 };
 // Memory of one slice of nodes during the search for nearest ends.
 struct BandScratch {
-  // The distance of a node without an end. All rows have it between slices. All seeds have it
+  // The distance of a node without an end. Rows are filled with it between slices, and seeds
   // between fields.
   float too_far = 0;
   Uncleared<FloatRow> seed_distance2, row_distance2;
@@ -192,7 +192,7 @@ struct BandScratch {
   // Per block:
   // - it has seeds,
   // - there are seeds near it along the row,
-  // - number of further rows to which an end of this row may be nearest.
+  // - number of adjacent rows with nodes whose nearest end may be in this row.
   std::vector<uint8_t> seeded, seeds_near, rows_near;
   size_t cols = 0, margin = 0;  // of the seeds
   bool prepared = false;        // for the field
@@ -224,8 +224,8 @@ struct BandPart {
   // grown by `around` along each axis. Some nodes next to it are read too.
   LatticePoint centre = {};
   float reach = kFar, around = 0;
-  // Sides are read within this number of nodes, along each axis, of a known distance, inside the
-  // ball.
+  // Sides (inside or outside) are computed for nodes in the ball near a node with a known distance:
+  // at most this number of nodes away along each axis.
   static constexpr uint32_t kAll = UINT32_MAX;
   uint32_t margin = kAll;
 };
@@ -268,7 +268,7 @@ class NodeBand {
   const std::vector<NodeBlock>& blocks() const { return known_blocks_; }
   // The subset with |phi| < depth, in the same order.
   void blocks_within(float depth, std::vector<NodeBlock>& to) const;
-  // The nodes of these that keep(block) retains. Runs on all threads.
+  // The same subset after keep(block) has removed nodes from each block. Runs on all threads.
   template <class Keep>
   void blocks_within(float depth, std::vector<NodeBlock>& to, Keep&& keep) const {
     detail::make_items(to, known_blocks_.size());
@@ -291,7 +291,7 @@ class NodeBand {
   // Copies phi to the same places of `to`. It copies the nodes, those within two nodes along each
   // axis, and some next to them.
   void copy_phi(const std::vector<NodeBlock>& nodes, NodeValues& to);
-  // The same for all nodes with a computed side, if these are not all nodes: see BandPart::beside.
+  // The same for all nodes with a computed side (see BandPart::margin), if these are not all nodes.
   void copy_computed_phi(NodeValues& to) const { copy_rows(computed_, to); }
   // A node's nearest end; null if there is none within the width.
   const SurfaceEnd* nearest(const NodeBlock& block, int n) const {
@@ -312,8 +312,8 @@ class NodeBand {
   void read_wanted(const TriDexel& model, const NodeBox& box, float width, const BandPart& part,
                    const std::vector<NodeBlock>* wanted);
   void read_spans(const TriDexel& model);
-  // For one field: major ends, stored by blocks of rays in layers (x rays: by ray), and the other
-  // ends.
+  // For one field: its major ends and its other ends. The major ends are in layers for blocks of
+  // rays; those of the x field are in lists for single rays.
   struct FieldEnds {
     std::vector<SurfaceEnd> ends, minor;
     uint64_t materials = 0;  // bits
@@ -344,7 +344,7 @@ class NodeBand {
   float width_ = 0, reach_ = 0, around_ = 0;
   Eigen::Vector3f centre_ = Eigen::Vector3f::Zero();
   float farthest_ = 0;  // maximum useful distance of an end from a node
-  // By axis: squared distances of nodes (along x of blocks) from the ball, and of their ends.
+  // By axis: squared distances from the ball, of nodes (along x: of blocks) and of their ends.
   std::array<std::vector<float>, 3> away_, ends_away_;
   NodeValues phi_;
   // Per block: squared distance and index of the nearest end so far, and the nodes that have one.

@@ -189,7 +189,7 @@ Result<Reshaped> Reshaper::dab(TriDexel& model, FieldVerb verb, const Brush& bru
       const double raised = verb == FieldVerb::build ? sigma : 0;
       here.centres[0].flat = {lattice.to_lattice(plane->point_mm).units + raised * normal, normal};
     }
-    // Adds the clusters whose regions it meets, and those that these then meet.
+    // Joins this cluster with all clusters whose regions meet its own, also after it has grown.
     for (size_t k = 0; k < clusters.size();) {
       if (here.region.within(clusters[k].region).empty()) {
         k++;

@@ -138,7 +138,7 @@ Result<Reshaped> Warp::warp(WarpVerb verb, const Brush& brush, const std::vector
     if (!(std::fabs(drag.axis.norm() - 1) < kUnit) || !(std::fabs(drag.normal.norm() - 1) < kUnit))
       return Error{"a warp's axis and normal must be of length 1"};
     if (!(drag.displacement.norm() <= kMaxDragRadii * brush.radius_mm))
-      return Error{"the hand went more than 100 brush radii from where its warp began"};
+      return Error{"the hand moved more than 100 brush radii from the start of its warp"};
     Drag in_cells = drag;
     in_cells.centre = lattice.to_lattice(drag.centre).units;
     in_cells.displacement = drag.displacement / lattice.pitch_mm;
@@ -162,7 +162,7 @@ Result<Reshaped> Warp::warp(WarpVerb verb, const Brush& brush, const std::vector
   }
   const bool reads = !maps.empty() && !box_.holds(box);
   if (reads) {
-    // Slightly more, so that a moving hand does not read at every tick.
+    // Reads slightly more, so that a moving hand does not cause a read in every tick.
     const NodeBox all = NodeBox{Index3::Zero(), lattice.nodes}.grown(kBorder);
     if (!box_.empty()) box = {box_.low.min(box.low), box_.high.max(box.high)};
     box = box.grown(static_cast<int>(std::min(0.5 * radius, kMaxAhead))).within(all);
@@ -196,8 +196,8 @@ Result<Reshaped> Warp::warp(WarpVerb verb, const Brush& brush, const std::vector
 // Applies the maps to the base's triangles and writes the result.
 Result<Reshaped> Warp::put(const std::vector<WarpMap>& maps) {
   move_triangles(maps);
-  // Overlapping images move the surface farther than each of them alone. None of them reaches the
-  // nodes that are read in addition.
+  // Overlapping images move the surface farther than each of them alone. A single image does not
+  // reach the nodes that are read in addition.
   const NodeBox crossed_box = maps.size() > 1 ? crossed() : NodeBox{};
   if (!crossed_box.empty() && !box_.holds(crossed_box)) {
     const NodeBox more{box_.low.min(crossed_box.low), box_.high.max(crossed_box.high)};
@@ -209,8 +209,8 @@ Result<Reshaped> Warp::put(const std::vector<WarpMap>& maps) {
   return write();
 }
 
-// The maps keep the volume. But moved triangles are inside a curved surface, and rays along a flat
-// face measure it in steps. The missing mean volume of the three fields is lifted by an invisible
+// The maps keep the volume. But flat triangles are inside a curved surface, and rays along a flat
+// face measure it in steps. To restore the missing volume, the surface is lifted by an invisible
 // amount.
 Result<Reshaped> Warp::keep_volume(std::vector<WarpMap>& maps, double radius, Reshaped result) {
   const double pitch = model_.lattice().pitch_mm;
@@ -344,7 +344,7 @@ void Warp::read(const NodeBox& box) {
       }
       std::sort(old.begin(), old.end(),
                 [](const OldCrossing& p, const OldCrossing& q) { return p.depth < q.depth; });
-      std::array<int, 2> wrong{};  // without, and with one turn around the lowest node
+      std::array<int, 2> wrong{};  // for a winding number of 0 and of 1 at the lowest node
       int around = 0;
       size_t next = 0;
       for (int k = box.low[2]; k < box.high[2]; k++) {
@@ -652,7 +652,7 @@ class Warp::Change {
     }
     const NewEnd old = run.old_end(k, out);
     if (old.known) return old;
-    // At the lattice's border it is cut off.
+    // At the lattice's border, the end is cut off.
     end.depth = k <= 0 ? 0.0f : static_cast<float>(std::min(k, nodes_));
     return end;
   }

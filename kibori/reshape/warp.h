@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Parametric strokes: a WarpMap moves the surface from its state at the start of the stroke. It
 // always uses that state, so the same parameters give the same model after any sequence of moves.
-// With zero parameters, the model equals the first one, bit for bit.
+// With zero parameters, the model equals that state, bit for bit.
 //
 // The surface's triangles (surface.h) are moved. Stretched ones are split, and the rays that they
 // cross are computed again. Sharp edges stay sharp. Rays that no moved triangle crosses keep their

@@ -70,7 +70,7 @@ WarpMap::WarpMap(WarpVerb verb, const Brush& brush, double radius, const Drag& d
       amount_ = std::clamp(1 + strength * drag.displacement.dot(drag.axis) / radius, kMinScale,
                            kLargestScale);
       idle_ = amount_ == 1;
-      // Many steps of a root of the factor.
+      // Divides the factor into many equal steps, each of which is a root of it.
       for (steps_ = 1; amount_ > kScaleStep || amount_ < 1 / kScaleStep; steps_ *= 2)
         amount_ = std::sqrt(amount_);
       break;

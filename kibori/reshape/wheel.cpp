@@ -33,20 +33,20 @@ constexpr double kMinHollow = 0.01;
 // only touches it: float32 would leave no span there, but a node in the z field.
 constexpr double kMinChord2 = 1e-6;
 
-// Minimum distance [cells] of a curve from the two rows next to it. In float32 it would end on a
-// node.
+// Minimum distance [cells] of a curve from the two rows next to it. Nearer, it would end on a node
+// in float32.
 constexpr double kMinShare = 1e-3;
 
-// Negative squared radius between rows where there is no body or hollow [cells^2]. A twentieth
-// makes a flat floor.
+// Squared radius [cells^2] of a row without body or hollow. It is negative, so that the profile
+// ends between that row and the next one. A twentieth makes a flat floor.
 constexpr double kBeyondAxis = 0.05;
 
 // Refinement of the lattice on which the shadow is sampled. For a ball of 8 cells the error is at
 // most 0.004 cells.
 constexpr int kFiner = 2;
 
-// Clay without a wall to go to returns within this number of pressed heights, and of the body's
-// radii. If nearer, it forms a thin flange.
+// Clay that no wall can take returns to rows above and below, within this number of pressed heights
+// and of the body's radii. In a smaller range it would form a thin flange.
 constexpr double kReachHeights = 2, kReachRadii = 1.5;
 
 double square(double x) { return x * x; }
@@ -86,9 +86,8 @@ double WheelProfile::weight(size_t k) const {
 }
 
 double WheelProfile::volume() const {
-  // Linear between rows: the trapezoids' halves are the rows' own parts. This is exact, except
-  // where a row at the bottom or top represents more or less than half a cell. There it is
-  // constant.
+  // Between rows the squared radii are linear, so the trapezoid rule is exact. A row at the bottom
+  // or top may stand for more or less than half a cell. There the radii count as constant.
   double sum = 0;
   for (size_t k = 0; k < outer.size(); k++) sum += weight(k) * (outer[k] - hollow[k]);
   return kPi * sum;
@@ -252,8 +251,8 @@ bool WheelSolid::interval(Axis axis, int u, int v, int layer, Interval& out) con
     const bool next = inside(k + 1);
     if (next == in) continue;
     const auto row = static_cast<size_t>(k);
-    // Selects the curve that passes r2. If both do, inwards the later crossing counts, outwards the
-    // earlier one.
+    // Selects the curve that passes r2. If both do, the later crossing counts where material
+    // begins, and the earlier one where it ends.
     const bool by_outer = (a[row] > r2) != (a[row + 1] > r2),
                by_hollow = (b[row] <= r2) != (b[row + 1] <= r2);
     End end = crossing(k, !by_outer);
@@ -375,7 +374,7 @@ void Wheel::cast_shadow(const Tool& tool, const Pose& from, const Vec3& displace
 Result<Wheel::Turned> Wheel::advance(WheelVerb verb, const Tool& tool, const Pose& from,
                                      const Vec3& displacement_mm, double wall_mm) {
   if (!from.tip.allFinite() || !displacement_mm.allFinite())
-    return Error{"the wheel's tool must stand at a finite place"};
+    return Error{"the position of the wheel's tool must be finite"};
   Turned turned;
   if (profile_.empty()) return turned;
   cast_shadow(tool, from, displacement_mm);

@@ -137,7 +137,7 @@ class SceneRun {
   int64_t total_ticks_ = 0;
   std::vector<double> step_us_;
   bool going_ = true;     // the caller wants more ticks
-  bool clipped_ = false;  // a warning was given
+  bool clipped_ = false;  // the warning about lost material was given
   // For the current stroke.
   std::optional<Snapshot> before_;  // the state against which crumbs are searched
   std::optional<RecordedTick> end_tick_;
@@ -209,7 +209,7 @@ Status SceneRun::add_spline(const SceneSpline& spline) {
       std::abs(removed);
   if (done.value().clipped)
     warn(spline.line,
-         "the spline's shape reaches beyond the stock's room, and what is outside is dropped; "
+         "the spline's shape reaches beyond the room of the stock, and the part outside is lost; "
          "raise [stock] room_mm");
   return Ok{};
 }
@@ -288,7 +288,7 @@ Status SceneRun::run_tick(Path& path, int64_t k, bool last) {
   summary.ticks++;
   if ((result.clipped || (other && other->clipped)) && !std::exchange(clipped_, true))
     warn(to.line,
-         "material reached beyond the stock's room, and what was outside is dropped; raise "
+         "material reached beyond the room of the stock, and the part outside is lost; raise "
          "[stock] room_mm");
   carving_.trace.push_back({static_cast<double>(summary.ticks) / scene_.rate_hz, result, other});
   recorder_.add(recorded, result.wrench);
@@ -306,7 +306,7 @@ Status SceneRun::run_tick(Path& path, int64_t k, bool last) {
 
 Status SceneRun::end_stroke(const Move& to) {
   CarveSummary& summary = carving_.summary;
-  ToolTick own;  // changes something only if the caller stopped the run within the stroke
+  ToolTick own;  // has an effect only if the caller stopped the run within the stroke
   const Result<std::optional<RecordedTick>> ended = player_.end(own);
   if (!ended) return at(to.line, "[move] " + ended.error());
   add_tick(summary, to.mode, own);
@@ -315,7 +315,7 @@ Status SceneRun::end_stroke(const Move& to) {
   if (end_tick_ && player_.pending_mm3() > kPendingWarning) {
     char text[160];
     std::snprintf(text, sizeof text,
-                  "%.3g mm3 of clay found no room around the tool; raise [stock] room_mm",
+                  "there was no room around the tool for %.3g mm3 of clay; raise [stock] room_mm",
                   player_.pending_mm3());
     warn(to.line, text);
   }

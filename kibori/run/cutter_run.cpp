@@ -27,7 +27,8 @@ Status trace_cutter(const SceneCutter& with, const BodyList& before, const BodyL
     return kerf > 0 ? kerf * m.u : m.gc;
   };
   std::vector<std::pair<const Body*, CutProgress>> cuts;
-  // the kept part has both faces of a slot, and one face of each separated part
+  // Area of the new faces of the kept parts: both faces of a slot, but one face where a part came
+  // off.
   double bare_mm2 = 0;
   for (const Body& was : before.all) {
     const Body* const is = after.find(was.id);
@@ -41,7 +42,7 @@ Status trace_cutter(const SceneCutter& with, const BodyList& before, const BodyL
   for (const auto& [was, progress] : cuts) {
     const double h = progress.step_mm, all = static_cast<double>(progress.steps.size()) * h;
     if (!(all <= kMaxCutterTicks * distance))
-      return Error{"its feed takes too many ticks; use a higher speed"};
+      return Error{"its feed needs too many ticks; use a higher speed"};
     for (int64_t i = 0; static_cast<double>(i) * distance < all; i++) {
       const CutProgress::Sample& step =
           progress.steps[static_cast<size_t>(static_cast<double>(i) * distance / h)];
@@ -70,7 +71,7 @@ Status run_cutter(const SceneCutter& with, const BodyList& bodies,
   if (!with.body.empty()) {
     for (const Body& body : bodies.all)
       if (body.name == with.body) cut.bodies.push_back(body.id);
-    if (cut.bodies.empty()) return Error{"no body is called '" + sanitize_message(with.body) + "'"};
+    if (cut.bodies.empty()) return Error{"there is no body '" + sanitize_message(with.body) + "'"};
   }
   const BodyList before = bodies;
   const Result<BodyChange> done = act(cut);

@@ -45,7 +45,7 @@ std::vector<std::string> document_notes(const Document& document) {
   if (const std::string damage = document.damage();
       !damage.empty() && document.check_rows(document.head()))
     notes.push_back(document.name() + ": is a damaged document: " + damage +
-                    "; 'kibori verify' says more");
+                    "; run 'kibori verify' for details");
   return notes;
 }
 
@@ -62,9 +62,9 @@ Result<std::unique_ptr<TriDexel>> model_at_head(const Document& document) {
   if (model) return model;
   const Result<StepId> whole = document.last_whole();
   if (!whole) return model;
-  return Error{model.error() + "; it is whole up to step " + std::to_string(whole.value()) +
+  return Error{model.error() + "; it is undamaged up to step " + std::to_string(whole.value()) +
                " of " + std::to_string(document.head_in_file()) + ": 'kibori history " +
-               document.name() + " --salvage NEW.kibori' saves that"};
+               document.name() + " --salvage NEW.kibori' saves that part"};
 }
 
 Result<TriangleMesh> read_mesh_or_document(const std::filesystem::path& path, int threads,

@@ -28,7 +28,7 @@ Result<std::unique_ptr<Document>> new_document(const std::filesystem::path& path
 // The material number of the document's stock; 0 if the document does not state it.
 uint8_t document_material(const Document& document);
 
-// Sentences about what may be missing or damaged, although the rows of the head are whole.
+// Sentences about missing or damaged parts, although the rows of the head are intact.
 std::vector<std::string> document_notes(const Document& document);
 // The model at a document's head. Errors: damage. The message names the last intact step, and how
 // to save up to it. `notes` receives document_notes.

@@ -18,18 +18,18 @@
 namespace kibori {
 namespace {
 
-// Largest distance between an arc and its chords [cells].
+// Maximum distance between an arc and its chords [cells].
 constexpr double kSagitta = 0.1;
 // Sweeps of one batch. A sweep takes some kB, and a batch of few sweeps wastes threads.
 constexpr size_t kBatchSweeps = 1024;
-// Pieces of one turning move. The tip may leave its path by kSagitta.
+// Maximum number of pieces of one turning move. The tip may leave its path by kSagitta.
 constexpr int kMaxTurnPieces = 4096;
 // Largest turn of one piece [degrees]. A long tool at a fine pitch needs many sweeps for a degree.
 constexpr double kTurnDegrees = 10;
 // A tool whose direction differs less than this from its path's plunges [cosine].
 constexpr double kPlunge = 0.9;
-// What a rapid move or a shank may meet by rounding alone: a layer along its path [cells], and a
-// constant [cells^3]. Rays that graze a wall are exact to 0.01 cells.
+// Volume that a rapid move or a shank may meet by rounding alone: a layer along its path [cells],
+// plus a constant [cells^3]. Rays that graze a wall are exact to 0.01 cells.
 constexpr double kGrazing = 0.02, kGrazingVolume = 0.5;
 
 // A sweep of the batch, and where it came from.
@@ -89,7 +89,7 @@ class MillRun {
   }
 
  private:
-  // A table may not know the length of a cutter, and gives a large one.
+  // A table without the length of a cutter gives a large one.
   static void shorten(Tool& cutter, double max_mm) {
     for_tool_numbers(cutter, [&](const std::string& name, auto& number) {
       if constexpr (std::is_same_v<decltype(number), double&>)
@@ -200,7 +200,7 @@ class MillRun {
     selected_ = select.number;
     // Programs for controllers without a tool changer have no M6.
     if (!changed_ && tool_ >= 0 && tools_[static_cast<size_t>(tool_)].number != selected_) {
-      warn_once("T without M6 takes the tool at once, as the program has no M6 before");
+      warn_once("T without M6 changes the tool at once, because the program has no M6 before");
       return take_tool(selected_, "T");
     }
     return Ok{};
@@ -215,7 +215,8 @@ class MillRun {
     const int number = tool_ >= 0 ? tools_[static_cast<size_t>(tool_)].number : selected_;
     if (length.number != 0 && number > 0 && length.number != number)
       warn_once("G43 uses the length of tool " + std::to_string(length.number) + " and tool " +
-                std::to_string(number) + " is in the spindle; Kibori uses the tip of the latter");
+                std::to_string(number) +
+                " is in the spindle; Kibori uses the tip of the tool in the spindle");
     return Ok{};
   }
   Status act(const SpindleTurn& spindle) {
@@ -280,17 +281,17 @@ class MillRun {
   // The tool that cuts. A program may cut without a tool change.
   Status need_tool() {
     if (tool_ >= 0) return Ok{};
-    if (no_tool_) return error_at("moves in material without a tool (T0); change to a tool before");
+    if (no_tool_) return error_at("moves in material without a tool (T0); change to a tool first");
     if (selected_ > 0) {
       warn_once("no M6 before the first cut; tool " + std::to_string(selected_) +
-                " is in the spindle, as T says");
+                " is in the spindle, according to T");
       return take_tool(selected_, "T");
     }
     if (tools_.empty())
       return error_at("cuts before any tool is known; name a tool table with --tools");
     int lowest = tools_.front().number;
     for (const MillTool& tool : tools_) lowest = std::min(lowest, tool.number);
-    warn_once("no tool is named before the first cut; tool " + std::to_string(lowest) +
+    warn_once("there is no tool before the first cut; tool " + std::to_string(lowest) +
               " is in the spindle (choose another with --tool)");
     return take_tool(lowest, "the start");
   }
@@ -359,7 +360,7 @@ class MillRun {
     ToolMotion motion{start, end.tip - start.tip, Vec3::Zero()};
     if (turns) motion.turn_rad = rotation_between(start.frame, end.frame);
     if (tool_ < 0) {
-      // Without a tool only a move through the stock matters.
+      // Without a tool, only a move through the stock is an error.
       Box box;
       box.include(lattice_.to_lattice(start.tip).units);
       box.include(lattice_.to_lattice(end.tip).units);

@@ -41,7 +41,7 @@ struct MillStockOptions {
 Result<std::unique_ptr<TriDexel>> make_mill_stock(const MillStock& stock,
                                                   const MillStockOptions& options);
 
-// What touched the part and should not.
+// The kind of a collision: what touched the part.
 enum class CollisionKind { rapid, neck, shank, holder };
 constexpr Names<4> names_of(CollisionKind) { return {"rapid", "neck", "shank", "holder"}; }
 

@@ -23,7 +23,7 @@ class MillingClock {
     const double needed = (speed_mm_s * speed_mm_s - start * start) / (2 * acceleration_);
     if (needed <= length_mm) {
       last_speed_ = speed_mm_s;
-      // The loss at the end of the last move equals the gain here, for moves of one speed.
+      // If both moves have one speed, the loss at the end of the last one equals the gain here.
       return length_mm / speed_mm_s + gain * gain / (acceleration_ * speed_mm_s);
     }
     last_speed_ = std::sqrt(start * start + 2 * acceleration_ * length_mm);

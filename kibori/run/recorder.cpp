@@ -27,7 +27,8 @@ Result<Recorder> Recorder::make(const CarveOptions& options, const Scene& scene,
 void Recorder::check(const Status& kept) {
   const std::string why = kept ? document_->unsaved() : kept.error();
   if (!why.empty() && !std::exchange(reported_, true) && options_->warning)
-    options_->warning(why + (kept ? "; going on in memory" : "; what follows is not saved"));
+    options_->warning(
+        why + (kept ? "; the document continues in memory" : "; later steps are not saved"));
   if (kept) return;
   unsaved_ = why;
   document_.reset();

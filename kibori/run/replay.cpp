@@ -32,7 +32,8 @@ Result<std::unique_ptr<TriDexel>> stock_again(const Document& document, const st
              static_cast<std::streamsize>(source.value().size()));
   file.close();
   if (!file)
-    return Error{document.name() + ": its stock's file can't be put into the temporary folder"};
+    return Error{document.name() +
+                 ": the file of its stock cannot be written to the temporary folder"};
   *named = path;
   return make_stock(stock.value(), document.name(), how);
 }

@@ -44,7 +44,7 @@ Result<WholeStroke> read_stroke(const Document& document, StepId step, Workbench
   if (!done) return Error{done.error()};
   const Step& was = document.steps().at(step);
   if ((was.finished || was.hash != 0) && bench.bodies().content_hash() != was.hash)
-    return Error{"it is not what it was"};
+    return Error{"it does not replay to its recorded state"};
   return whole;
 }
 
@@ -89,7 +89,7 @@ Result<StepId> salvage(const Document& document, const std::filesystem::path& in
   const Result<std::vector<StepId>> path = document.path_to(document.head());
   if (!path) return Error{path.error()};
   Result<std::unique_ptr<TriDexel>> model = document.load_stock();
-  if (!model) return Error{model.error() + "; no step of it is whole"};
+  if (!model) return Error{model.error() + "; no step of it is intact"};
   const Result<std::string> stock = document.stock();
   const Result<Bytes> source = document.source();
   if (!stock) return Error{stock.error()};

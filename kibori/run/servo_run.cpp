@@ -187,7 +187,7 @@ Status check_scene(const Scene& scene) {
   if (scene.moves.front().second) unknown = "a second hand";
   if (!unknown) return Ok{};
   return Error{scene.file + ": a servo run does not support " + unknown +
-               "; take it out of the scene, or run the scene by 'kibori carve'"};
+               "; remove it from the scene, or run the scene with 'kibori carve'"};
 }
 
 // A hand that moves back and forth along the scene's moves. `centre` is the place of its device's
@@ -290,7 +290,7 @@ class ServoWatch {
 std::string finish_document(DocumentWriter& writer, const std::vector<Material>& materials) {
   writer.stop();
   Document& written = writer.document();
-  // A failed thumbnail is no error.
+  // A failed thumbnail is not an error.
   if (const BodyList* const bodies = written.worked_on())
     static_cast<void>(keep_thumbnail(written, written.head(), BodyList(*bodies), materials, 1));
   return writer.settled();
@@ -381,7 +381,7 @@ std::string servo_report_text(const ServoReport& r) {
   text += line;
   if (r.left_out > 0)
     text += "recording  without the last " + std::to_string(r.left_out) +
-            " ticks: the run was longer than it should have been\n";
+            " ticks, because the run was longer than planned\n";
   if (!r.complaint.empty()) text += "device     " + r.complaint + "\n";
   if (r.trip != Trip::none) text += "safety     " + trip_text(r.trip) + "\n";
   return text;

@@ -62,7 +62,7 @@ Result<std::unique_ptr<Workpiece>> Workpiece::make(const Stock& stock,
 
 Result<std::unique_ptr<Workpiece>> Workpiece::of(std::unique_ptr<TriDexel> model,
                                                  std::vector<Material> materials) {
-  if (materials.empty()) return Error{"a piece is of one material at least"};
+  if (materials.empty()) return Error{"a piece needs at least one material"};
   BodyList bodies = BodyList::of(*model);
   return std::unique_ptr<Workpiece>(
       new Workpiece(std::move(model), std::move(bodies), 1, std::move(materials)));
@@ -89,7 +89,7 @@ Result<std::unique_ptr<Workpiece>> Workpiece::open(const std::filesystem::path& 
 }
 
 Status Workpiece::no_stroke() const {
-  return stroke_ ? Status(Error{"a stroke is under way; end it first"}) : Status(Ok{});
+  return stroke_ ? Status(Error{"a stroke is in progress; end it first"}) : Status(Ok{});
 }
 
 Status Workpiece::activate(BodyId body) {
@@ -100,10 +100,10 @@ Status Workpiece::activate(BodyId body) {
 Status Workpiece::begin(StrokeSettings settings, const Pose& start, const std::string& label) {
   if (Status free = no_stroke(); !free) return free;
   if (!start.tip.allFinite() || !is_rigid(start))
-    return Error{"a stroke begins at a place and three unit axes at right angles"};
+    return Error{"the start of a stroke must be a position and three unit axes at right angles"};
   const Body& body = *bench_.bodies().find(bench_.active());
   if (body.kept())
-    return Error{"body '" + body.name + "' is " + (body.locked ? "locked" : "no-go") +
+    return Error{"body '" + body.name + "' is " + (body.locked ? "locked" : "protected") +
                  "; allow changes in it first"};
   const Result<const NoGo*> no_go = bench_.no_go();
   if (!no_go) return Error{no_go.error()};
@@ -139,7 +139,7 @@ Result<ToolTick> Workpiece::advance(const Pose& to) {
   HistoryStep& step = stroke_->step;
   if (player.failed()) return Error{kFailed};
   if (!to.tip.allFinite() || !to.frame.allFinite())
-    return Error{"the tool can't go to a place that is no number"};
+    return Error{"the pose of the tool must be finite"};
   Result<ToolTick> done = player.move_to(to);
   if (!done) return done;
   step.ticks.push_back(player.recorded());
@@ -223,7 +223,7 @@ Status Workpiece::save(const std::filesystem::path& path, bool overwrite) {
   std::error_code unknown;
   if (std::filesystem::exists(path, unknown)) {
     if (!overwrite)
-      return Error{path.string() + ": is there already; choose another name, or overwrite it"};
+      return Error{path.string() + ": already exists; choose another name, or overwrite it"};
     // Ensures that nobody else writes the file and that its log is removed. Otherwise SQLite would
     // use the log for the new file.
     if (const auto there = Document::open(path, Document::Access::write); !there)
@@ -295,7 +295,7 @@ Status Workpiece::write_after_opened(const std::filesystem::path& path) const {
   Result<std::unique_ptr<TriDexel>> model = document.load();
   if (!model) return Error{model.error()};
   if (document.worked_on()->content_hash() != first_.content_hash())
-    return Error{opened_.string() + ": is not what it was when it was opened"};
+    return Error{opened_.string() + ": has changed since it was opened"};
   Workbench bench(*model.value());
   for (size_t i = 0; i < done_; i++) {
     const HistoryStep& step = steps_[i];

@@ -50,8 +50,8 @@ class Workpiece {
   // of the tick. Errors: no stroke is in progress. After errors of DirectTool and SpringTool, the
   // stroke continues from its last pose. After errors of ReshapeStroke, it can only be cancelled.
   Result<ToolTick> advance(const Pose& to);
-  // Ends the stroke, which becomes one step of the history. `last` is the last tick. A reshaping
-  // mode adds its final work to it. It may be null. Returns the severed pieces.
+  // Ends the stroke, which becomes one step of the history. `last` is the result of the last tick,
+  // or null. A reshaping mode adds its final work to it. Returns the severed pieces.
   Result<CrumbResult> end(ToolTick* last = nullptr);
   // Discards the stroke.
   void cancel();
@@ -62,7 +62,7 @@ class Workpiece {
   // Applies an action on bodies as a step. Errors: see apply(); a stroke is in progress.
   Result<BodyChange> act(const BodyAction& action);
 
-  // Moves one step back or forward. Errors: there is none, or a stroke is in progress.
+  // Moves one step back or forward. Errors: there is no such step, or a stroke is in progress.
   Status undo();
   Status redo();
   // Number of steps since the workpiece was made or opened: all, and those that are not undone.
@@ -107,7 +107,7 @@ class Workpiece {
   BodyList first_;  // before any step
   std::vector<Material> first_materials_;
   std::optional<Scene> scene_;  // how the stock was made
-  // Or a copy of the opened document at that time, in its own temporary folder.
+  // If a document was opened: a copy of it at that time, in its own temporary folder.
   std::filesystem::path opened_;
   std::shared_ptr<TemporaryFolder> folder_;
   std::vector<HistoryStep> steps_;

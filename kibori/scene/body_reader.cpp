@@ -13,7 +13,7 @@ void read_no_go(SceneReader& reader, const TableReader& t) {
   if (t.failed()) return;
   if (t.has("way")) {
     for (const char* key : {"place", "axis", "roll_deg"})
-      if (t.has(key)) t.fail(key, t.full(key) + " and way exclude each other; give one of them");
+      if (t.has(key)) t.fail(key, t.full(key) + " and way exclude each other; give only one");
     made.path_mm = t.places("way");
   } else {
     made.pose.tip = t.vector("place");
@@ -71,7 +71,7 @@ void read_cutter_shape(const TableReader& t, Cutter& cutter) {
   if (t.has("curve")) {
     CutCurve& cut = cutter.shape.emplace<CutCurve>();
     for (const char* key : {"point", "normal"})
-      if (t.has(key)) t.fail(key, t.full(key) + " and curve exclude each other; give one of them");
+      if (t.has(key)) t.fail(key, t.full(key) + " and curve exclude each other; give only one");
     cut.curve_mm = t.places("curve");
     if (t.has("along")) cut.along = t.vector("along");
     cut.closed = t.flag_or("closed", false);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Reads [[move]] of a scene: where its hands go, and what their tools do on the path. A missing key
-// keeps the value of the previous move.
+// Reads [[move]] of a scene: the targets of its hands, and what their tools do on the path. A
+// missing key keeps the value of the previous move.
 #include <kibori/scene/scene_reader.h>
 
 #include <cmath>
@@ -10,7 +10,7 @@
 namespace kibori {
 namespace {
 
-// Reads where a hand's tool goes, and what it does on the path.
+// Reads the target of a hand's tool, and what the tool does on the path.
 template <class HandMove>
 void read_hand(SceneReader& reader, const TableReader& t, bool first, HandMove& hand) {
   Scene& scene = reader.scene;
@@ -47,7 +47,7 @@ void read_hand(SceneReader& reader, const TableReader& t, bool first, HandMove& 
 void read_along(const TableReader& t, Move& move) {
   if (!t.has("along")) return;
   if (t.has("to") || t.has("arc"))
-    return t.fail("along", "[move] along replaces to and arc; leave out to and arc");
+    return t.fail("along", "[move] along replaces to and arc; remove to and arc");
   move.along_mm = t.places("along");
   if (t.failed()) return;
   if (move.along_mm.empty()) return t.fail("along", "[move] along must have at least one point");
@@ -56,7 +56,7 @@ void read_along(const TableReader& t, Move& move) {
 
 void read_arc(const TableReader& t, Move& move) {
   if (!t.has("arc")) return;
-  if (t.has("to")) return t.fail("arc", "[move] arc replaces to; leave out to");
+  if (t.has("to")) return t.fail("arc", "[move] arc replaces to; remove to");
   const auto arc = t.table("arc", "arc = { centre = [20, 20, 15], turn_deg = 90 }");
   if (!arc) return;
   arc->only({"centre", "turn_deg"});
@@ -95,11 +95,12 @@ void read_path(const TableReader& t, bool first, Move& move) {
               move.stamp.every_mm, move.stamp.lift_mm);
   if (move.stamps() && !first && move.stamp.every_mm == 0 && (move.winds() || t.has("to")))
     t.fail(
-        "[move] stamps once, at its start; leave out to, along and arc, or give a distance, as in "
-        "stamp = { every = 12, lift = 3 }");
+        "[move] stamps only once, at its start; remove to, along and arc, or give a distance, as "
+        "in stamp = { every = 12, lift = 3 }");
   if (first && (move.winds() || move.lead.on || move.stamp.on))
     t.fail(
-        "[move] the first says only where the tool starts; leave out along, arc, lead and stamp");
+        "[move] the first move only gives the start of the tool; remove along, arc, lead and "
+        "stamp");
 }
 
 // The second hand exists from the first move on, or never.
@@ -107,7 +108,7 @@ void read_second(SceneReader& reader, const TableReader& move, bool first, Move&
   const auto second = move.table("second", "second = { to = [10, 20, 30] }");
   if (second && !first && !of.second)
     return move.fail("second",
-                     "[move] second: the first move must say where the second hand's tool starts");
+                     "[move] second: the first move must give the start of the second hand's tool");
   if (second) {
     second->only({"to", "axis", "roll_deg", "mode", "material", "tool"});
     if (first) {
@@ -159,7 +160,7 @@ void read_moves(SceneReader& reader, const TableReader& root) {
   if (const std::optional<TableReader> t = root.section("tool", true))
     reader.scene.tools.push_back(read_tool(reader, *t, nullptr));
   if (!root.has("move"))
-    return root.fail(0, "a scene needs [[move]] tables; the first says where the tool starts");
+    return root.fail(0, "a scene needs [[move]] tables; the first gives the start of the tool");
   if (root.failed()) return;
   Move move;
   move.material = reader.scene.stock.material;

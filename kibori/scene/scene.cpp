@@ -115,8 +115,8 @@ Result<HandPlan> plan_hand(const HandMove& from, const HandMove& to) {
   const double roll = to.roll_rad - from.roll_rad;
   if (from.axis.dot(to.axis) < -1 + 1e-9)
     return Error{
-        "[move] axis reverses exactly, so the direction of the turn is unknown; add a move with an "
-        "axis in between"};
+        "[move] axis is reversed exactly, so the direction of the turn is unknown; add a move with "
+        "an axis in between"};
   if (turn.squaredNorm() > 0 && roll != 0)
     return Error{"[move] changes axis and roll_deg together; use two moves"};
   return HandPlan{std::sqrt((to.to_mm - from.to_mm).squaredNorm()),

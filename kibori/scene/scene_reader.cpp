@@ -9,7 +9,7 @@ std::filesystem::path SceneReader::file(const TableReader& t, std::string_view k
   const std::string name = t.text(key);
   if (folder) return scene.files.emplace_back(*folder / name);
   t.fail(key, std::string(key) +
-                  " names a file, but this scene can't use files; carve it with 'kibori carve'");
+                  " names a file, but this scene must not use files; carve it with 'kibori carve'");
   return {};
 }
 

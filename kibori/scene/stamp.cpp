@@ -28,7 +28,8 @@ Status check_triangles(const TriangleMesh& mesh, const std::string& name) {
                "; use a simpler one"};
 }
 
-// Moves the mesh so that its tip is at the origin: its middle across, and its lowest point.
+// Moves the mesh so that its tip is at the origin: the middle of its width and depth, at its lowest
+// point.
 void center_on_tip(TriangleMesh& mesh) {
   const Box box = mesh.bounds();
   const Vec3 tip(box.centre().x(), box.centre().y(), box.min.z());

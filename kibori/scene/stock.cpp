@@ -105,7 +105,7 @@ Result<std::unique_ptr<TriDexel>> stock_of_labels(const LabelVolume& volume,
     change_material(*model, GridSolid(share, Vec3::Zero(), lattice.value()), materials.at(label),
                     edit);
   }
-  if (model->empty()) return Error{"volume holds no material at this pitch; use a finer one"};
+  if (model->empty()) return Error{"volume has no material at this pitch; use a finer one"};
   return model;
 }
 
@@ -136,7 +136,7 @@ std::filesystem::path* file_of(Stock& stock) {
 namespace {
 
 using Made = Result<std::unique_ptr<TriDexel>>;
-constexpr const char* kNothing = "holds no material at this pitch; use a finer one";
+constexpr const char* kNothing = "has no material at this pitch; use a finer one";
 
 // Makes a lattice from the origin to the shape's size, and a model in it that f(model, size) fills.
 template <class F>
@@ -231,7 +231,7 @@ Made make(const StockVolume& shape, const Stock& stock, const StockOptions& opti
   const std::vector<uint16_t> labels = labels_of(volume);
   if (labels.empty())
     return Error{"volume " + shape.file.string() +
-                 ": has no label above 0, so it holds only air; check the file"};
+                 ": has no label above 0, so it contains only air; check the file"};
   for (const uint16_t label : labels) {
     if (shape.labels.contains(label)) continue;
     const auto name = volume.names.find(label);
@@ -263,7 +263,7 @@ Result<std::unique_ptr<TriDexel>> make_stock(const Stock& stock, const std::stri
     const SweptTool shape(layer.shape, layer.pose, Vec3::Zero(), model.lattice());
     if (!change_material(model, shape.solid(), layer.material, edit))
       return Error{at_line(scene_file, layer.line) +
-                   ": [layer] holds nothing of the stock; move it, or make it larger"};
+                   ": [layer] contains no material of the stock; move it, or make it larger"};
   }
   return made;
 }

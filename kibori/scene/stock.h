@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Stock to carve: its description, and the model made from it. Checks the memory before.
+// Stock to carve: its description, and the model made from it. Checks first that there is enough
+// memory.
 #pragma once
 
 #include <cstdint>

@@ -153,7 +153,7 @@ std::string stock_to_json(const std::vector<Material>& materials) {
 
 Result<Stock> stock_from_json(const std::string& text) {
   const Json json = parse_json(text);
-  const Error none{"does not say how its stock was made, so it can't be carved at another pitch"};
+  const Error none{"has no description of its stock, so it can't be carved at another pitch"};
   if (!json.is_object()) return none;
   Vec3 size;
   const Json written = json.value("size_mm", Json());

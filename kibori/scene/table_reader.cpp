@@ -142,7 +142,7 @@ Vec3 TableReader::vector(std::string_view key) const {
 
 std::vector<Vec3> TableReader::places(std::string_view key) const {
   std::vector<Vec3> all;
-  const std::string wrong = full(key) + " must be a list of places [x, y, z]";
+  const std::string wrong = full(key) + " must be a list of points [x, y, z]";
   const toml::node* const node = find(key);
   const toml::array* const list = node ? node->as_array() : nullptr;
   if (!list) {

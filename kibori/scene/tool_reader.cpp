@@ -16,7 +16,7 @@ std::optional<Tool> read_preset(const TableReader& t) {
     return preset->tool;
   std::vector<std::string> names;
   for (const ToolPreset& preset : tool_presets()) names.emplace_back(preset.name);
-  t.fail("preset", t.has("shape") ? "a preset has its shape; leave off one of the two"
+  t.fail("preset", t.has("shape") ? "preset and shape exclude each other; give only one"
                                   : "unknown preset \"" + sanitize_message(name) +
                                         "\"; did you mean \"" + nearest(name, names) + "\"?");
   return std::nullopt;

@@ -41,8 +41,8 @@ HWY_INLINE Ends SweepEnds(const SweptBall::View& k, VF u, float v_row, VF code_s
     return Pose{pu, pv, hn::Sub(hn::Sub(r2, hn::Mul(pv, pv)), hn::Mul(pu, pu))};
   };
   const Pose lo = at(s_lo), hi = at(s_hi);
-  // The pose nearest to the ray decides if the ray meets the sweep. The rests at s_lo and s_hi are
-  // no safe test. If the motion is nearly along the ray, both ends are on the ball's rim, and
+  // The pose nearest to the ray decides if the ray meets the sweep. `rest` at s_lo and s_hi would
+  // be no safe test. If the motion is nearly along the ray, both ends are on the ball's rim, and
   // rounding hides them.
   const Pose nearest = at(hn::Min(hn::Max(s0, s_min), s_max));
   Ends ends;

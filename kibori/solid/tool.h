@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The list of all tool shapes, and the solid that a tool sweeps in a straight motion. Each shape is
-// one file in kibori/solid/tools/. tool_shape.h says what such a file holds.
+// one file in kibori/solid/tools/. tool_shape.h describes the content of such a file.
 #pragma once
 
 #include <array>

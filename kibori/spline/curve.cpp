@@ -136,7 +136,7 @@ Result<CubicSpline> CubicSpline::make(const SplineCurve& curve) {
   for (size_t j = 0; j < points.size(); j++) {
     if (!(points[j].array().abs() <= kMaxCoordinate).all())
       return Error{"point " + std::to_string(j + 1) +
-                   " of the spline is not finite or too far away"};
+                   " of the spline is not finite, or too far away"};
     box.include(points[j]);
   }
   const double extent = box.size().norm();

@@ -37,7 +37,7 @@ Result<ShapeSolid> ShapeSolid::make(const SplineMesh& shape, const Lattice& latt
     const Vec3 at = lattice.to_lattice(vertex).units;
     if (!(at.array() >= -kMaxNodesPerAxis).all() ||
         !((room - at).array() >= -kMaxNodesPerAxis).all())
-      return Error{"the spline's shape reaches farther than " + std::to_string(kMaxNodesPerAxis) +
+      return Error{"the spline's shape reaches more than " + std::to_string(kMaxNodesPerAxis) +
                    " cells beyond the stock's lattice"};
     GridPoint point;
     for (int i = 0; i < 3; i++) point[static_cast<size_t>(i)] = std::llround(at[i] * kGrid);

@@ -389,7 +389,9 @@ Result<std::vector<Vec3>> unit_tangents(const FlatCurve& curve) {
     const Vec3 t = tangent_at(curve, i, extent);
     const bool joined = i + 1 < n || curve.closed;
     if (!(t.squaredNorm() > 0) || (joined && curve.at_mm[i] == curve.at_mm[(i + 1) % n]))
-      return Error{"the curve of a sweep stands still, as where its points lie in one place"};
+      return Error{
+          "the curve of a sweep does not advance at one place, for example because points "
+          "coincide"};
     tangent.push_back(t / std::sqrt(t.squaredNorm()));
   }
   return tangent;
@@ -482,7 +484,7 @@ Result<SplineMesh> sweep(const SplineShape& shape, FlatCurve curve, double toler
     add(n - 1, tangent[n - 1]);
   }
   if (sections_cross(curve, tangent, out.mesh.vertices, first_of_tube, m))
-    return Error{"the sweep is thicker than its curve is bent; make its radius smaller"};
+    return Error{"the sweep is thicker than the bend of its curve allows; make its radius smaller"};
   join_rings(normals, m, curve.closed, builder);
   out.curve = std::move(curve);
   return out;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Makes a solid shape from a spline. The profile is pushed along a direction or turned about an
+// Makes a solid shape from a spline. The profile is extruded along a direction or revolved about an
 // axis, or a round section follows the curve. The result is a closed mesh with the shape's own
 // normals. Every corner of the mesh knows the sample of the curve that it moves with, for forces
 // (spline_force.h).
@@ -32,8 +32,8 @@ struct SplineShape {
   // and its height count.
   Vec3 axis_point_mm = Vec3::Zero();
   Vec3 axis = Vec3::UnitZ();
-  // For sweep: the radius of the round section. An open curve ends in half balls. A sweep that
-  // meets itself further on is united with itself.
+  // For sweep: the radius of the round section. An open curve ends in half balls. Parts of a sweep
+  // that overlap are united.
   double radius_mm = 5;
   bool operator==(const SplineShape&) const = default;
 };

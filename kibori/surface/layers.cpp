@@ -53,8 +53,8 @@ class Plane2 {
   }
 
  private:
-  // Stores an end as a share of its edge. An edge whose end rounding has moved away keeps the value
-  // of halfway.
+  // Stores an end as a share of its edge. If rounding has moved an end off its edge, the edge keeps
+  // the default of one half.
   template <class F>
   static void cross(float end, int nodes, F&& share) {
     const float edge = std::ceil(end - 0.5f) - 1;

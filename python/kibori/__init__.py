@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Kibori: carve virtual solids, and feel them.
+"""Kibori: carve virtual solids and compute the forces.
 
     import kibori as kb
     m = kb.Model.block(size=(80, 50, 30), pitch=0.5)
@@ -93,7 +93,7 @@ def _read_csv(path):
         read["removed_of_mm3"] = np.array([[float(text) for text in row[first:]] for row in rows]).reshape(len(rows), len(names) - first)
         return read
     except (OSError, ValueError, KeyError, IndexError) as error:
-        raise Error(f"{path}: is no recording that kibori export wrote: {error}") from error
+        raise Error(f"{path}: is not a recording of kibori export: {error}") from error
 
 
 def _read_hdf5(path):
@@ -110,4 +110,4 @@ def _read_hdf5(path):
         read["removed_of_mm3"] = read["removed_of_mm3"][:, : len(read["about"]["materials"])]
         return read
     except (OSError, ValueError, KeyError, AttributeError) as error:
-        raise Error(f"{path}: is no recording that kibori export wrote: {error}") from error
+        raise Error(f"{path}: is not a recording of kibori export: {error}") from error

@@ -37,8 +37,8 @@ def row_type(about):
 
 
 class Listener:
-    """An iterator over arrays of ticks as they arrive, made by listen(). As a context, it ends
-    with the block.
+    """An iterator over arrays of ticks as they arrive, made by listen(). Used in a with statement,
+    it ends with the block.
 
     about: a dict that describes the ticks (document, device, rate_hz, materials, modes,
     columns, ...).
@@ -72,7 +72,7 @@ class Listener:
                 websockets.exceptions.WebSocketException) as failed:
             why = str(failed) or why
         self.close()
-        raise Error(f"nobody publishes ticks at {address}: {why}; begin kibori with --publish")
+        raise Error(f"nobody publishes ticks at {address}: {why}; start kibori with --publish")
 
     async def _connect(self, address):
         from websockets import connect
@@ -86,7 +86,7 @@ class Listener:
         try:
             async for message in socket:
                 with self._changed:
-                    # Skipped ticks show in the tick numbers.
+                    # Gaps in the tick numbers show how many ticks were skipped.
                     if isinstance(message, bytes) and (self._bytes < _WAITING or message[:1] != bytes([_TICKS])):
                         self._received.append(message)
                         self._bytes += len(message)
@@ -120,7 +120,7 @@ class Listener:
         try:
             return self._take(message)
         except (IndexError, KeyError, TypeError, ValueError, struct.error):
-            raise Error("what came is not what kibori publishes") from None
+            raise Error("the received message is not one of kibori's; check the address") from None
 
     def _take(self, message):
         if message[0] == _ABOUT:

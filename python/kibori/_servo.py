@@ -12,7 +12,7 @@ from ._published import row_type
 
 class Servo:
     """The servo loop that Model.servo() began. A C++ thread moves the tool at the given rate and
-    never waits for Python. As a context, it ends with the block.
+    never waits for Python. Used in a with statement, the loop ends with the block.
 
     path: the document that the loop carves.
     about: a dict that describes the ticks.
@@ -48,12 +48,13 @@ class Servo:
 
     def ticks(self):
         """Returns the ticks since the last call, a structured array with the columns of
-        docs/recordings.md. The buffer holds about 8 seconds of ticks. Further ticks are
-        dropped, which shows in their numbers. Call it on any thread."""
+        docs/recordings.md. The buffer holds about 8 seconds of ticks. If it is full, newer ticks
+        are dropped. Gaps in the tick numbers show this. Call it on any thread."""
         return np.frombuffer(self._servo.ticks(), self._rows)
 
     def close(self):
-        """Ends the force, then the loop. Returns the resulting Model. Each stroke is a step in its
+        """Fades the force out, then ends the loop. Returns the resulting Model. Each stroke is a
+        step in its
         document."""
         self._stop()
         return Model.open(self.path)
@@ -78,7 +79,7 @@ class Servo:
 def servo(self, tool, mode="cut", material="", *, at=None, device="virtual", rate=1000, force="series", stiffness=None,
           strength=200, powered="motor", keep_forces=True, path=None, overwrite=False):
     """Begins the servo loop on a copy of this model, in this process. A hand carves the copy and
-    feels it. Returns a Servo.
+    receives the force. Returns a Servo.
 
     at: where a simulated hand begins, x, y, z [mm] in the world. By default 20 mm above the top
     of the active body's lattice, in its middle.
@@ -86,10 +87,10 @@ def servo(self, tool, mode="cut", material="", *, at=None, device="virtual", rat
     rate: ticks per second, 100 to 4000.
     force: series, energy or paper.
     strength: the strength of the hand [N]. It corresponds to the device's max force.
-    powered: "motor" turns the tool, and the hand receives a tenth of the cutting force. "press"
-    gives a hundredth, and "" gives all of it.
-    stiffness: of the spring at the device [N/mm]. By default the device decides.
-    path: the document to make and carve. By default a temporary one.
+    powered: "motor" turns the tool, and the hand receives a tenth of the cutting force. "press": a
+    press drives it, and the hand receives a hundredth. "": the hand receives all of it.
+    stiffness: stiffness of the spring at the device [N/mm]. By default the device's own.
+    path: the document that the loop makes and carves. By default a temporary one.
     overwrite: replace an existing document.
     keep_forces: store the forces of every tick.
 

@@ -17,12 +17,12 @@ def _program():
     bundled = pathlib.Path(__file__).parent / "bin" / "kibori"
     found = str(bundled) if bundled.exists() else shutil.which("kibori")
     if not found:
-        raise Error("the command 'kibori' is not on the PATH, and the studio is a part of it; install it")
+        raise Error("the studio needs the command 'kibori', which is not on the PATH; install it")
     return found
 
 
 class Studio:
-    """The studio that Model.studio() opened. As a context, it ends with the block.
+    """The studio that Model.studio() opened. Used in a with statement, it ends with the block.
 
     url: the address for a browser.
     path: the document that the studio carves.
@@ -66,7 +66,7 @@ class Studio:
     def update(self):
         """Shows the current model in a read-only studio, as a live view of the script's work."""
         if not self._read_only:
-            raise Error("the studio has a document of its own, which a hand carves; open it with read_only=True to look on")
+            raise Error("update() needs a read-only studio; open it with read_only=True")
         self._model.save(self.path, overwrite=True)
 
     def listen(self, *, timeout=10):
@@ -104,7 +104,7 @@ def studio(self, path=None, *, read_only=False, browser=True, publish=False, ove
     """Opens the studio on a copy of this model in a browser, where the user can continue. Returns
     a Studio.
 
-    path: the document to make and carve. By default a temporary one.
+    path: the document that the studio makes and carves. By default a temporary one.
     read_only: the user only watches while the script carves. Studio.update() shows the current
     state.
     browser: open a browser.
@@ -114,7 +114,7 @@ def studio(self, path=None, *, read_only=False, browser=True, publish=False, ove
     The model itself does not change. Studio.close() and wait() return the result.
     """
     if read_only and publish:
-        raise Error("a read-only studio has no ticks to publish; leave out read_only or publish")
+        raise Error("a read-only studio has no ticks to publish; omit read_only or publish")
     return Studio(self, path, read_only, browser, publish, overwrite)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A simulated hand, for tests and studies without a person. The virtual device of kibori servo
+"""A simulated hand, for tests and studies without a user. The virtual device of kibori servo
 uses it.
 
     target --/\\/\\/\\--+-- [hand + device mass] -- the device's own damping
@@ -44,8 +44,7 @@ class Hand:
 
 
 def carve_by_hand(model, tool, targets, *, rate=1000, hand=None, **stroke):
-    """Lets a simulated hand follow targets, one row per tick, and feel what it carves (force model
-    series).
+    """Lets a simulated hand follow targets, one row per tick, and carve with force model series.
 
     targets: array [N, 3] in mm, in the world.
     stroke: arguments of Model.stroke.
@@ -55,11 +54,11 @@ def carve_by_hand(model, tool, targets, *, rate=1000, hand=None, **stroke):
     """
     targets = np.asarray(targets, float)
     if targets.ndim != 2 or targets.shape[1] != 3 or len(targets) < 2:
-        raise ValueError("targets are an array of two rows or more: x, y, z")
+        raise ValueError("targets must be an array of at least two rows: x, y, z")
     if not rate > 0:
         raise Error("rate is the number of ticks per second; it must be above 0")
     if "force" in stroke:
-        raise Error("a hand that feels what it carves carves by the force model series")
+        raise Error("a simulated hand needs the force model series")
     hand = hand or Hand(targets[0])
     velocity = np.diff(targets, axis=0) * rate
     recorded = {"hand": [], "tool": [], "force": [], "removed_mm3": []}

@@ -98,7 +98,7 @@ py::array_t<float> signed_distance(const kibori::Snapshot& state, int threads) {
   const Surface surface = extract_surface(state, threads);
   if (surface.triangles.empty()) throw Failure("there is no material left");
   const DistanceTree tree(surface);
-  if (!tree.good()) throw Failure("there is not enough memory for the distances");
+  if (!tree.good()) throw Failure("not enough memory for the distances");
   const Lattice& lattice = state.lattice;
   size_t i = 0;
   for (int x = 0; x < lattice.nodes.x(); x++)
@@ -133,15 +133,16 @@ py::array_t<float> heights(const kibori::Snapshot& state) {
 
 void bind_arrays(py::module_& module, ModelClass& model) {
   py::class_<SurfaceArrays>(module, "Surface",
-                            "A surface as arrays, which are views of memory that stays as long as "
-                            "one of them does, whatever becomes of the model.")
+                            "A surface as arrays. They share memory that exists as long as any of "
+                            "them, independent of the model.")
       .def_readonly("vertices", &SurfaceArrays::vertices, "[N, 3] float32, mm.")
       .def_readonly("normals", &SurfaceArrays::normals, "[N, 3] float32, out of the material.")
       .def_readonly("triangles", &SurfaceArrays::triangles,
                     "[M, 3] uint32, counterclockwise seen from outside.")
       .def_readonly("materials", &SurfaceArrays::materials, "[N] uint8: see Model.materials.")
       .def_readonly("paint", &SurfaceArrays::paint, "[N] uint32, 0xAABBGGRR; 0: unpainted.");
-  py::class_<State>(module, "Snapshot", "A body as it was at one moment; outlives its model.")
+  py::class_<State>(module, "Snapshot",
+                    "The state of a body at one moment. It does not depend on the model.")
       .def_property_readonly("volume_mm3",
                              [](const State& self) {
                                const py::gil_scoped_release no_gil;
@@ -168,7 +169,7 @@ void bind_arrays(py::module_& module, ModelClass& model) {
           [](Model& self) {
             return self.with([](Workpiece& piece) { return State{piece.model().snapshot()}; });
           },
-          "The active body as it is now; it does not change, and may be read by any thread.")
+          "The current state of the active body. It does not change. Any thread may read it.")
       .def(
           "surface",
           [](Model& self, int threads) {
@@ -181,7 +182,7 @@ void bind_arrays(py::module_& module, ModelClass& model) {
           [](Model& self) {
             return occupancy(self.with([](Workpiece& piece) { return piece.model().snapshot(); }));
           },
-          "Array [nodes x, y, z] of bool: which lattice nodes are inside.")
+          "Array [nodes x, y, z] of bool: True for lattice nodes inside.")
       .def(
           "signed_distance",
           [](Model& self, int threads) {
@@ -189,15 +190,15 @@ void bind_arrays(py::module_& module, ModelClass& model) {
                 self.with([](Workpiece& piece) { return piece.model().snapshot(); }), threads);
           },
           py::arg("threads") = 1,
-          "Array [nodes x, y, z] of float32: from each lattice node to the surface [mm], negative "
-          "inside.")
+          "Array [nodes x, y, z] of float32: distance from each lattice node to the surface [mm], "
+          "negative inside.")
       .def(
           "height_map",
           [](Model& self) {
             return heights(self.with([](Workpiece& piece) { return piece.model().snapshot(); }));
           },
-          "Array [nodes x, y] of float32: how high the model is [mm], seen from above; NaN where "
-          "there is nothing.");
+          "Array [nodes x, y] of float32: height of the model seen from above [mm]; NaN if there "
+          "is no material.");
 }
 
 }  // namespace kibori::python

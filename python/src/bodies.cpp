@@ -30,16 +30,17 @@ std::vector<BodyId> act(Model& model, const BodyAction& action) {
 using Ids = std::vector<BodyId>;
 
 void bind_body_view(py::module_& module) {
-  py::class_<BodyView>(module, "Body", "A body as it was when Model.bodies was read.")
-      .def_readonly("id", &BodyView::id, "Its number, which stays.")
+  py::class_<BodyView>(module, "Body", "The state of a body when Model.bodies was read.")
+      .def_readonly("id", &BodyView::id, "Its number, which never changes.")
       .def_readonly("name", &BodyView::name)
-      .def_readonly("visible", &BodyView::visible, "Whether pictures show it.")
-      .def_readonly("locked", &BodyView::locked, "Whether nothing may change it.")
-      .def_readonly("no_go", &BodyView::no_go, "Whether no stroke may cut into what it holds.")
+      .def_readonly("visible", &BodyView::visible, "True if pictures show it.")
+      .def_readonly("locked", &BodyView::locked, "True if nothing may change it.")
+      .def_readonly("no_go", &BodyView::no_go,
+                    "True if it is a protected region: no stroke on another body cuts into it.")
       .def_readonly("volume_mm3", &BodyView::volume_mm3, "mm^3.")
-      .def_readonly("pose", &BodyView::pose,
-                    "Where its own coordinates stand in the world: x, y, z [mm] and a quaternion "
-                    "x, y, z, w.")
+      .def_readonly(
+          "pose", &BodyView::pose,
+          "Pose of its coordinates in the world: x, y, z [mm] and a quaternion x, y, z, w.")
       .def("__repr__", [](const BodyView& body) {
         return "<kibori.Body " + std::to_string(body.id) + " '" + body.name + "'>";
       });
@@ -49,17 +50,17 @@ void bind_list(ModelClass& model) {
   model
       .def_property_readonly(
           "bodies", [](Model& self) { return self.with(bodies_of); },
-          "All bodies, as they are now.")
+          "The current state of all bodies.")
       .def_property_readonly(
           "active",
           [](Model& self) { return self.with([](Workpiece& piece) { return piece.active(); }); },
-          "Number of the body that strokes work on.")
+          "Number of the active body, which strokes change.")
       .def(
           "activate",
           [](Model& self, BodyId id) {
             self.with([&](Workpiece& piece) { must(piece.activate(id)); });
           },
-          py::arg("id"), "Strokes work on that body from now on.");
+          py::arg("id"), "Makes a body the active one, which strokes change.");
 }
 
 void bind_parting(ModelClass& model) {
@@ -70,14 +71,17 @@ void bind_parting(ModelClass& model) {
             return act(self, {bodies, BodyCut{{CutPlane{vec(point), vec(normal)}, kerf}}});
           },
           py::arg("point"), py::arg("normal"), py::arg("kerf") = 0.0, py::arg("bodies") = Ids(),
-          "Cuts by a plane; what lies where normal points becomes bodies of its own, whose numbers "
-          "these are. kerf [mm]: what a saw would take. bodies: which; none: all.")
+          "Cuts bodies by a plane. The parts on the side of the normal become new bodies. Returns "
+          "their numbers. kerf: width of the saw cut [mm]. bodies: numbers of the bodies to cut; "
+          "empty: all.")
       .def(
           "separate",
           [](Model& self, BodyId id) {
             return act(self, {{id}, BodySeparate{}});
           },
-          py::arg("id"), "Each piece becomes a body; the largest stays. The new ones' numbers.");
+          py::arg("id"),
+          "Makes a body of each separate piece except the largest. Returns the numbers of the new "
+          "bodies.");
 }
 
 void bind_combining(ModelClass& model) {
@@ -87,19 +91,20 @@ void bind_combining(ModelClass& model) {
           [](Model& self, const Ids& ids) {
             act(self, {ids, BodyJoin{}});
           },
-          py::arg("ids"), "The others go into the first.")
+          py::arg("ids"), "Joins the other bodies with the first, and removes them.")
       .def(
           "subtract",
           [](Model& self, const Ids& ids) {
             act(self, {ids, BodySubtract{}});
           },
-          py::arg("ids"), "The others are cut from the first, and stay.")
+          py::arg("ids"), "Cuts the other bodies from the first. The others do not change.")
       .def(
           "intersect",
           [](Model& self, const Ids& ids) {
             act(self, {ids, BodyIntersect{}});
           },
-          py::arg("ids"), "Of the first stays what lies in all others, which stay.");
+          py::arg("ids"),
+          "Keeps the part of the first body that is inside all others. The others do not change.");
 }
 
 void bind_placing(ModelClass& model) {
@@ -109,20 +114,20 @@ void bind_placing(ModelClass& model) {
           [](Model& self, BodyId id) {
             return act(self, {{id}, BodyDuplicate{}});
           },
-          py::arg("id"), "A copy in the same place; its number.")
+          py::arg("id"), "Makes a copy in the same place. Returns its number in a list.")
       .def(
           "place",
           [](Model& self, BodyId id, const Doubles& pose) {
             act(self, {{id}, BodyMove{pose_of(pose)}});
           },
           py::arg("id"), py::arg("pose"),
-          "Puts a body's lattice there: x, y, z, or x, y, z and a quaternion x, y, z, w [mm].")
+          "Sets the pose of a body: x, y, z, or x, y, z and a quaternion x, y, z, w [mm].")
       .def(
           "remove",
           [](Model& self, BodyId id) {
             act(self, {{id}, BodyRemove{}});
           },
-          py::arg("id"), "Takes the body away; undo brings it back.")
+          py::arg("id"), "Removes the body. undo() restores it.")
       .def(
           "set_no_go",
           [](Model& self, BodyId id, bool no_go) {
@@ -131,7 +136,7 @@ void bind_placing(ModelClass& model) {
             act(self, {{id}, set});
           },
           py::arg("id"), py::arg("no_go") = true,
-          "No stroke on another body cuts into what it holds.");
+          "Makes the body a protected region, or not: no stroke on another body cuts into it.");
 }
 
 }  // namespace

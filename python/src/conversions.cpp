@@ -32,7 +32,7 @@ Pose pose_of_numbers(const double* row, py::ssize_t columns, const std::string& 
 std::vector<Pose> poses_of(const Doubles& rows) {
   if (rows.ndim() != 2 || (rows.shape(1) != 3 && rows.shape(1) != 7))
     throw py::value_error(
-        "a path is an array of N rows: x, y, z, or x, y, z and a quaternion x, y, z, w");
+        "a path must be an array of N rows: x, y, z, or x, y, z and a quaternion x, y, z, w");
   std::vector<Pose> poses;
   poses.reserve(static_cast<size_t>(rows.shape(0)));
   for (py::ssize_t i = 0; i < rows.shape(0); i++)
@@ -43,7 +43,7 @@ std::vector<Pose> poses_of(const Doubles& rows) {
 
 Pose pose_of(const Doubles& row) {
   if (row.ndim() != 1 || (row.shape(0) != 3 && row.shape(0) != 7))
-    throw py::value_error("a pose is x, y, z, or x, y, z and a quaternion x, y, z, w");
+    throw py::value_error("a pose must be x, y, z, or x, y, z and a quaternion x, y, z, w");
   return pose_of_numbers(row.data(0), row.shape(0), "the pose");
 }
 
@@ -51,7 +51,7 @@ double share_of(const std::string& powered) {
   if (powered.empty()) return 1;
   if (powered == "motor") return kPoweredShare;
   if (powered == "press") return kPressShare;
-  throw Failure("powered is \"motor\", \"press\" or nothing");
+  throw Failure("powered must be \"motor\", \"press\" or \"\"");
 }
 
 }  // namespace kibori::python

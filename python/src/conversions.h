@@ -101,7 +101,7 @@ struct type_caster<kibori::python::Doubles> {
     }
     const char kind = any.dtype().kind();
     if (kind != 'f' && kind != 'i' && kind != 'u')
-      throw type_error("an array of numbers is needed, not of " +
+      throw type_error("the argument must be an array of numbers, not of " +
                        pybind11::cast<std::string>(str(any.dtype())));
     value = reinterpret_borrow<kibori::python::Doubles>(
         array_t<double, array::c_style | array::forcecast>(any));

@@ -16,8 +16,8 @@ Material material_named(const MaterialOrName& wanted) {
   std::string known;
   for (const Material& material : known_materials())
     known += known.empty() ? material.name : ", " + material.name;
-  throw Failure("no material is called '" + sanitize_message(name) + "'; known are " + known +
-                ", or make one: kibori.Material(name=..., u=...)");
+  throw Failure("there is no material '" + sanitize_message(name) + "'; known are " + known +
+                ", or create one: kibori.Material(name=..., u=...)");
 }
 
 uint8_t number_of(Workpiece& piece, const std::optional<MaterialOrName>& wanted) {
@@ -45,11 +45,11 @@ Material make_material(const std::string& name, const std::optional<double>& u,
   if (u) material.u = *u;
   for (const auto& [key, value] : more) {
     const auto field = py::cast<std::string>(key);
-    if (!set_field(material, field, value, "a material's " + field + " is not of that kind"))
+    if (!set_field(material, field, value, "a material's " + field + " has the wrong type"))
       throw py::type_error("a material has no '" + field + "'; it has " + field_names<Material>());
   }
   if (!u) material.u = mean_cutting_energy(material);
-  if (name.empty()) throw Failure("a material has a name");
+  if (name.empty()) throw Failure("a material needs a name");
   if (const char* fault = fault_of(material)) throw Failure(fault);
   return material;
 }
@@ -59,20 +59,22 @@ Material make_material(const std::string& name, const std::optional<double>& u,
 void bind_materials(py::module_& module) {
   py::class_<Material> material(
       module, "Material",
-      "Material(name, u=..., ...) or Material(name, k=..., m=0, ...): what is carved.\n\n"
+      "Material(name, u=..., ...) or Material(name, k=..., m=0, ...): a material that is "
+      "carved.\n\n"
       "u: specific cutting energy [N/mm^2]: the force is u times the section of the chip.\n"
       "k: specific cutting force [N/mm^(2-m)], one number, or three for wood: a cut through end\n"
       "grain, along the fibres, across them. The force is k * width * thickness^(1-m).\n"
       "m: exponent of the thickness of the chip, 0 to below 1 (wood 0.5, metals 0.2 to 0.3).\n"
       "density: [kg/m^3], for masses; 0: unknown, and mass_g is None.\n"
-      "ring_width: of wood [mm]; axis, pith: the direction of the fibres and a point of the pith\n"
-      "[mm]; unless given, as the shape of the stock has it.\n"
-      "ring: by what share late wood of a ring resists more than early wood (0 to 5);\n"
-      "u_along: u along the grain, where u is that across it (older documents; 0: as across);\n"
-      "kf: force of a lattice node [N], of the force model paper; c: viscous part of the force\n"
-      "[N s/mm^3], and yield_n: least force that cuts [N], of the force model series;\n"
+      "ring_width: width of a year ring [mm]; axis, pith: direction of the fibres, point of the "
+      "pith\n"
+      "[mm]; by default they follow the shape of the stock.\n"
+      "ring: share by which late wood of a ring resists more than early wood (0 to 5);\n"
+      "u_along: u along the grain; u is then that across it (older documents; 0: same as across);\n"
+      "kf: force of a lattice node [N], for the force model paper; c: viscous part of the force\n"
+      "[N s/mm^3], and yield_n: min force that cuts [N], for the force model series;\n"
       "gc: work of a cutter's cut [N/mm]; color: red, green, blue, 0 to 255;\n"
-      "plastic: whether a tool presses it aside, as clay.");
+      "plastic: True if a tool presses it aside, like clay.");
   material.def(py::init(&make_material), py::arg("name"), py::arg("u") = py::none());
   Material::for_fields([&](const FieldInfo& field, auto member) {
     if constexpr (Described<MemberType<decltype(member)>>)
@@ -91,7 +93,7 @@ void bind_materials(py::module_& module) {
   material.def("__repr__",
                [](const Material& self) { return "<kibori.Material " + self.name + ">"; });
   module.def(
-      "known_materials", [] { return known_materials(); }, "Those that are known by name.");
+      "known_materials", [] { return known_materials(); }, "The materials that are known by name.");
 }
 
 }  // namespace kibori::python

@@ -22,14 +22,14 @@ Image draw(Workpiece& piece, int width, int height, const std::variant<std::stri
   PictureOptions options;
   options.width = width;
   options.height = height;
-  if (samples < 1 || samples > 65536) throw Failure("samples are 1 to 65536 paths a pixel");
+  if (samples < 1 || samples > 65536) throw Failure("samples must be 1 to 65536 paths per pixel");
   options.samples = samples;
   options.threads = threads;
   if (const auto* const name = std::get_if<std::string>(&view)) {
     const auto known = view_named(*name);
     if (!known)
       throw Failure("there is no view '" + sanitize_message(*name) +
-                    "'; there are iso, front, back, left, right, top, bottom, or a direction");
+                    "'; use iso, front, back, left, right, top, bottom, or a direction");
     options.view = *known;
   } else {
     options.view = vec(std::get<Three>(view));
@@ -62,37 +62,36 @@ void bind_looking(ModelClass& model) {
           [](Model& self) {
             return self.with([](Workpiece& piece) { return piece.model().volume_mm3(); });
           },
-          "Volume of the active body [mm^3]; it does not depend on how the body lies on the "
-          "lattice.")
+          "Volume of the active body [mm^3]. It does not depend on the position on the lattice.")
       .def_property_readonly(
           "hash",
           [](Model& self) {
             return self.with([](Workpiece& piece) { return piece.bodies().content_hash(); });
           },
-          "Of the whole content of all bodies; equal models have equal hashes.")
+          "Hash of the content of all bodies. Equal models have equal hashes.")
       .def_property_readonly(
           "pitch",
           [](Model& self) {
             return self.with([](Workpiece& piece) { return piece.model().lattice().pitch_mm; });
           },
-          "Between two rays [mm].")
+          "Distance between two rays [mm].")
       .def_property_readonly(
           "nodes",
           [](Model& self) {
             return self.with([](Workpiece& piece) { return shape_of(piece.model().lattice()); });
           },
-          "Lattice nodes along x, y and z.")
+          "Number of lattice nodes along x, y and z.")
       .def_property_readonly(
           "origin",
           [](Model& self) {
             return self.with(
                 [](Workpiece& piece) { return three(piece.model().lattice().origin_mm); });
           },
-          "Lower corner of the lattice [mm]; node i stands at origin + (i + 1/2) pitch.")
+          "Lower corner of the lattice [mm]; node i is at origin + (i + 1/2) pitch.")
       .def_property_readonly(
           "materials",
           [](Model& self) { return self.with([](Workpiece& piece) { return piece.materials(); }); },
-          "What the model is of; surfaces and deposits number these.")
+          "Materials of the model. Surfaces contain indices of this list.")
       .def_property_readonly(
           "mass_g",
           [](Model& self) {
@@ -122,7 +121,7 @@ void bind_looking(ModelClass& model) {
           py::arg("samples") = 32, py::arg("threads") = 1,
           "Array [height, width, 3] of uint8: all bodies, ray traced. view: iso, front, back, "
           "left, "
-          "right, top, bottom, or the direction to look in.")
+          "right, top, bottom, or a viewing direction.")
       .def(
           "png",
           [](Model& self, int width, int height, const std::variant<std::string, Three>& view,
@@ -134,7 +133,8 @@ void bind_looking(ModelClass& model) {
             return py::bytes(reinterpret_cast<const char*>(png.data()), png.size());
           },
           py::arg("width") = 640, py::arg("height") = 480, py::arg("view") = "iso",
-          py::arg("samples") = 32, py::arg("threads") = 1, "The same as the bytes of a PNG file.")
+          py::arg("samples") = 32, py::arg("threads") = 1,
+          "The same picture as the bytes of a PNG file.")
       .def("__repr__", [](Model& self) { return self.with(repr); });
 }
 
@@ -142,28 +142,27 @@ void bind_history(ModelClass& model) {
   model
       .def(
           "undo", [](Model& self) { self.with([](Workpiece& piece) { must(piece.undo()); }); },
-          "Takes the last step back.")
+          "Undoes the last step.")
       .def(
           "redo", [](Model& self) { self.with([](Workpiece& piece) { must(piece.redo()); }); },
-          "Does the last step that was taken back again.")
+          "Repeats the step that was undone last.")
       .def_property_readonly(
           "steps",
           [](Model& self) { return self.with([](Workpiece& piece) { return piece.done(); }); },
-          "Steps that are done since the model was made or opened.")
+          "Number of steps since the model was made or opened, without undone steps.")
       .def(
           "save",
           [](Model& self, const std::filesystem::path& path, bool overwrite) {
             self.with([&](Workpiece& piece) { must(piece.save(path, overwrite)); });
           },
           py::arg("path"), py::arg("overwrite") = false,
-          "Writes a .kibori document: the stock, and every step that is done. The studio and "
-          "kibori "
-          "replay read it.")
+          "Writes a .kibori document: the stock, and every step that is not undone. The studio and "
+          "kibori replay read it.")
       .def(
           "export",
           [](Model& self, const std::filesystem::path& path, double tolerance, int threads) {
             if (!(tolerance >= 0) || !std::isfinite(tolerance))
-              throw Failure("tolerance is 0 mm or more");
+              throw Failure("tolerance must be 0 mm or more");
             return self.with([&](Workpiece& piece) {
               std::vector<Rgb> colors;
               for (const Material& m : piece.materials()) colors.push_back(m.color);
@@ -171,8 +170,9 @@ void bind_history(ModelClass& model) {
             });
           },
           py::arg("path"), py::arg("tolerance") = 0.0, py::arg("threads") = 1,
-          "Writes the surface (.stl, .ply, .obj, .3mf, .glb), closed and manifold [mm]; tolerance "
-          "[mm]: fewer triangles, as long as it stays so near. The number of triangles.");
+          "Writes the surface in mm (.stl, .ply, .obj, .3mf, .glb), closed and manifold. "
+          "tolerance: max distance [mm] of a surface with fewer triangles. Returns the number of "
+          "triangles.");
 }
 
 }  // namespace
@@ -181,7 +181,7 @@ void bind_model(py::module_& module) {
   ModelClass model(
       module, "Model",
       "A piece to carve. Made by Model.block, sphere, cylinder, mesh, volume or open. Lengths are "
-      "mm. Threads may share it: they take turns.");
+      "mm. Threads may share it; calls run one at a time.");
   bind_stocks(model);
   bind_strokes(module, model);
   bind_arrays(module, model);

@@ -23,7 +23,7 @@ class Model {
   auto with(F&& f) {
     // A signal handler runs on the thread that carves.
     if (owner_ == std::this_thread::get_id())
-      throw Failure("the model is being carved; ask it when that is done");
+      throw Failure("the model is being carved; call it again afterwards");
     const py::gil_scoped_release no_gil;
     const std::lock_guard<std::mutex> lock(mutex_);
     const Owned owned(owner_);

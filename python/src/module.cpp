@@ -62,8 +62,8 @@ PYBIND11_MODULE(_kibori, module) {
                              double grip_damping, double device_mass, double device_damping) {
         for (const double number : {hand_mass, grip, grip_damping, device_mass, device_damping})
           if (!(number >= 0) || !(number < 1e9))
-            throw python::Failure("a hand's numbers are 0 or more");
-        if (!(hand_mass + device_mass > 0)) throw python::Failure("a hand has some mass");
+            throw python::Failure("masses, stiffness and damping of a hand must be 0 or more");
+        if (!(hand_mass + device_mass > 0)) throw python::Failure("a hand must have a mass");
         return SimulatedHand({hand_mass, grip, grip_damping, device_mass, device_damping},
                              python::vec(at));
       }))
@@ -72,9 +72,10 @@ PYBIND11_MODULE(_kibori, module) {
               const python::Three& velocity, double seconds) {
              for (const python::Three& numbers : {force, target, velocity})
                if (!python::vec(numbers).allFinite())
-                 throw python::Failure("a hand's force, target and velocity are finite numbers");
+                 throw python::Failure(
+                     "force, target and velocity of a hand must be finite numbers");
              if (!(seconds >= 0) || !std::isfinite(seconds))
-               throw python::Failure("seconds are 0 or more");
+               throw python::Failure("seconds must be 0 or more");
              hand.step(python::vec(force), python::vec(target), python::vec(velocity), seconds);
              return python::three(hand.position_mm());
            })

@@ -29,7 +29,7 @@ struct ServoChoice {
   ForceModel force = ForceModel::series;
   std::optional<double> stiffness_n_mm;  // at the device
   double strength_n = kHandStrengthN, hand_share = kPoweredShare;
-  std::string material;  // to deposit; empty: the first
+  std::string material;  // material of deposits; empty: the first
   bool keep_forces = true;
 };
 
@@ -68,7 +68,7 @@ class Servo {
     // As in the studio, the hand's full strength corresponds to the device's max force.
     const DeviceCapabilities& can = device->capabilities();
     if (!(choice.strength_n > 0 && choice.strength_n < 1e6))
-      throw Failure("the strength of a hand is above 0 [N]");
+      throw Failure("the strength of a hand must be above 0 N");
     if (can.dof_out > 0 && can.force_n > 0) settings.force_scale = can.force_n / choice.strength_n;
     const double max_stable = 2 * choice.rate_hz * can.damping_ns_mm * (1 - 1e-9);
     settings.spring.stiffness_n_mm =
@@ -94,7 +94,7 @@ class Servo {
   void aim(const Pose& pose) {
     const std::scoped_lock lock(stopping_, aiming_);
     if (!running_) throw Failure("the servo loop has ended");
-    if (!virtual_) throw Failure("a real device is led by its hand");
+    if (!virtual_) throw Failure("aim() works only with the virtual device, not with a real one");
     aims_.put(pose);
   }
 
@@ -110,7 +110,7 @@ class Servo {
           context.settings().brush.strength = default_strength(mode);
           context.change_tool(tool);
         }))
-      throw Failure("the servo loop has too much to do; wait a moment");
+      throw Failure("the servo loop is busy; try again later");
   }
 
   // The rows since the last call.
@@ -141,15 +141,15 @@ class Servo {
   // The statistics of the loop, after it has ended.
   ServoStatistics statistics() {
     const std::lock_guard<std::mutex> lock(stopping_);
-    if (running_) throw Failure("how the loop kept time is known when it has ended");
+    if (running_) throw Failure("the statistics of the servo loop are known when it has ended");
     return statistics_;
   }
 
  private:
   static constexpr const char* kNoReshaping =
-      "only cuts and deposits stay out of a no-go body: nothing can be reshaped beside it";
+      "nothing can be reshaped next to a protected body; use cut, deposit or touch";
   static void check_mode(Mode mode, const WorkedBody& body) {
-    if (body.locked) throw Failure("the body is locked or no-go, and can't be carved");
+    if (body.locked) throw Failure("the body is locked or protected and can't be carved");
     if (body.no_go && reshapes(mode)) throw Failure(kNoReshaping);
   }
   static uint8_t number_of(const std::vector<Material>& materials, const std::string& name) {
@@ -159,7 +159,7 @@ class Servo {
     std::string there;
     for (const Material& material : materials) there += (there.empty() ? "" : ", ") + material.name;
     throw Failure("the model has no material '" + sanitize_message(name) + "'; it has " + there +
-                  ", and more once something of them was put down");
+                  "; other materials are added by a deposit");
   }
   std::unique_ptr<Device> device_of(const std::string& name, double rate_hz, const Pose& at,
                                     const Vec3& centre) {

@@ -61,22 +61,22 @@ StrokeChoice choice_of(const Tool& tool, const std::string& mode,
   s.tool = tool;
   s.mode = named<Mode>("mode", mode);
   s.force.law.model = named<ForceModel>("force model", force);
-  if (dof != 5 && dof != 6) throw Failure("dof is 5 or 6");
+  if (dof != 5 && dof != 6) throw Failure("dof must be 5 or 6");
   s.force.law.dof = dof;
   if (!(rate > 0) || !(rate <= 1e6))
     throw Failure("rate is the number of ticks per second; it must be above 0, up to 1e6");
   s.rate_hz = rate;
   s.force.law.hand_share = share_of(powered);
   const bool energy = s.force.law.model == ForceModel::energy;
-  if (thrust && !energy) throw Failure("thrust belongs to force='energy'");
-  if (thrust && !(*thrust >= 0 && *thrust <= kMaxThrust)) throw Failure("thrust is 0 to 3");
+  if (thrust && !energy) throw Failure("thrust needs force='energy'");
+  if (thrust && !(*thrust >= 0 && *thrust <= kMaxThrust)) throw Failure("thrust must be 0 to 3");
   s.force.law.thrust = energy ? thrust.value_or(kSharpThrust) : 0;
   for (const auto& [key, value] : spring) {
-    const auto name = given<std::string>(key, "what a spring has is called by a name");
-    const auto number = given<double>(value, "a spring's numbers are numbers");
+    const auto name = given<std::string>(key, "the keys of spring must be names");
+    const auto number = given<double>(value, "the values of spring must be numbers");
     if (!(number >= 0) || !std::isfinite(number))
       throw Failure("a spring's " + sanitize_message(name) + " must be 0 or more");
-    if (!set_field(s.force.spring, name, value, "a spring's numbers are numbers") ||
+    if (!set_field(s.force.spring, name, value, "the values of spring must be numbers") ||
         !(s.force.spring.stiffness_n_mm > 0))
       throw Failure(
           "a spring has a stiffness above 0 [N/mm], torsion [N mm/rad], friction and "
@@ -86,17 +86,18 @@ StrokeChoice choice_of(const Tool& tool, const std::string& mode,
   s.force.spring.hand_share = s.force.law.hand_share;
   for (const char letter : mirror) {
     const size_t plane = std::string("xyz").find(letter);
-    if (plane == std::string::npos) throw Failure("mirror names planes by letters of \"xyz\"");
+    if (plane == std::string::npos) throw Failure("mirror must consist of letters of \"xyz\"");
     s.symmetry.planes[plane] = true;
   }
   s.symmetry.fold = fold;
   s.symmetry.axis = axis == "x" ? Axis::x : axis == "y" ? Axis::y : Axis::z;
-  if (axis != "x" && axis != "y" && axis != "z") throw Failure("axis is \"x\", \"y\" or \"z\"");
+  if (axis != "x" && axis != "y" && axis != "z")
+    throw Failure("axis must be \"x\", \"y\" or \"z\"");
   s.crumbs = named<Crumbs>("rule for crumbs", crumbs);
   s.brush.strength = default_strength(s.mode);
   for (const auto& [key, value] : brush) {
-    const auto name = given<std::string>(key, "what a brush has is called by a name");
-    const std::string what = "a brush's " + sanitize_message(name) + " is not of that kind";
+    const auto name = given<std::string>(key, "the keys of brush must be names");
+    const std::string what = "a brush's " + sanitize_message(name) + " has the wrong type";
     if (!set_field(s.brush, name, value, what))
       throw Failure("a brush has no '" + sanitize_message(name) + "'; it has " +
                     field_names<Brush>());
@@ -118,7 +119,7 @@ std::vector<BodyId> ids_from(Workpiece& piece, BodyId first) {
   return ids;
 }
 
-// A stroke that has begun. Either all of it is kept, or nothing.
+// A stroke in progress. Either all of it is kept, or nothing.
 class Begun {
  public:
   Begun(Workpiece& piece, const StrokeChoice& choice, const Pose& start)
@@ -146,7 +147,7 @@ class Begun {
 
 Carved carve(Model& model, const StrokeChoice& choice, const std::vector<Pose>& path) {
   if (path.size() < 2)
-    throw py::value_error("a path has two rows at least: where the tool starts, and where it goes");
+    throw py::value_error("a path needs at least two rows: the start of the tool, and its targets");
   const auto sweeps = static_cast<py::ssize_t>(path.size() - 1);
   Carved carved;
   carved.removed_mm3 = py::array_t<double>(sweeps);
@@ -199,7 +200,7 @@ struct MoveResult {
   std::array<double, 7> pose{};
 };
 
-// A stroke that the caller leads pose by pose.
+// A stroke that the caller moves pose by pose.
 class Stroke {
  public:
   Stroke(Shared model, const StrokeChoice& choice, const Pose& start) : model_(std::move(model)) {
@@ -248,25 +249,27 @@ const char* const kAboutCarve =
     "carve(tool, path, mode='cut', ...) -> Carved\n\n"
     "Moves a tool along a path, exactly from each pose to the next, as one stroke.\n\n"
     "path: array [N, 3] of tips, or [N, 7] of poses (x, y, z, and a quaternion x, y, z, w that "
-    "turns the upright tool), mm, in the world, as all that Carved has. N rows give N - 1 "
+    "turns the upright tool), in mm in the world, like all members of Carved. N rows give N - 1 "
     "sweeps.\n"
     "mode: cut, deposit, touch, off, or one that reshapes (smooth, rasp, fill, inflate, flatten, "
     "crease, paint, grab, nudge, twist, bend, pinch, scale, node, press, throw, turn, trim, "
     "build).\n"
-    "material: name or Material that a deposit puts down.\n"
+    "material: name or Material that a deposit adds.\n"
     "force: energy (the law of the material, averaged over one cell of path), paper (-Kf K) or\n"
-    "series (the path is the hand's, a spring pulls the tool); dof: 5 or 6; rate: ticks per\n"
-    "second; powered: '', 'motor' or 'press'; thrust: of energy, the share of the cutting force\n"
-    "that pushes the edge off (0.3; worn edges more).\n"
-    "mirror: planes, letters of 'xyz'; fold, axis: turns about an axis, each of the body's own; "
-    "centre: a point of both [mm], in the world, the lattice's middle unless given.\n"
-    "crumbs: what becomes of what is severed: stay, sort, fall, body.\n"
-    "spring: dict of stiffness [N/mm] (0.5), torsion [N mm/rad], friction, strength [N], of "
+    "series (the path is that of the hand, and a spring pulls the tool); dof: 5 or 6; rate: ticks "
+    "per\n"
+    "second; powered: '', 'motor' or 'press'; thrust: for energy, the share of the cutting force\n"
+    "that pushes the edge off (0.3; more for worn edges).\n"
+    "mirror: mirror planes, letters of 'xyz'; fold, axis: number of copies about an axis. Planes "
+    "and axis are those of the body. centre: a point of both [mm] in the world; default: the "
+    "centre of the lattice.\n"
+    "crumbs: rule for severed pieces: stay, sort, fall, body.\n"
+    "spring: dict of stiffness [N/mm] (0.5), torsion [N mm/rad], friction, strength [N], for "
     "series.\n"
-    "brush: of modes that reshape, dict of radius [mm], strength (0 to 1), falloff ('smooth', "
+    "brush: for modes that reshape, dict of radius [mm], strength (0 to 1), falloff ('smooth', "
     "'linear', 'constant'), sigma [mm], keep_volume, spacing [radii], wall [mm], flatten_to, "
     "point, normal, color.\n\n"
-    "Errors (kibori.Error, ValueError) leave the model as it was. Other Python threads run "
+    "Errors (kibori.Error, ValueError) leave the model unchanged. Other Python threads run "
     "meanwhile.";
 
 // Defines a method of Model with the keyword arguments of a stroke. It calls f(model, choice,
@@ -299,30 +302,34 @@ void def_stroke(ModelClass& model, const char* name, const char* path_name, Conv
 }  // namespace
 
 void bind_strokes(py::module_& module, ModelClass& model) {
-  py::class_<Carved>(module, "Carved", "What a path came to, sweep by sweep.")
+  py::class_<Carved>(module, "Carved", "Result of a path, sweep by sweep.")
       .def_readonly("removed_mm3", &Carved::removed_mm3,
-                    "[N-1] mm^3; negative where material was added.")
+                    "[N-1] mm^3; negative if material was added.")
       .def_readonly("points", &Carved::points, "[N-1] lattice nodes that were removed or added.")
       .def_readonly("force", &Carved::force, "[N-1, 3] N, on the tool (series: on the hand).")
       .def_readonly("moment", &Carved::moment, "[N-1, 3] N mm, about the tip.")
       .def_readonly("poses", &Carved::poses,
-                    "[N-1, 7] of the tool at each end: x, y, z [mm] and a quaternion x, y, z, w.")
-      .def_readonly("fallen_mm3", &Carved::fallen_mm3, "What was severed and fell away.")
+                    "[N-1, 7] poses of the tool at the end of each sweep: x, y, z [mm] and a "
+                    "quaternion x, y, z, w.")
+      .def_readonly("fallen_mm3", &Carved::fallen_mm3,
+                    "Volume that was severed and fell away [mm^3].")
       .def_readonly("severed", &Carved::severed, "Numbers of the bodies that were severed.")
       .def("__len__", [](const Carved& carved) { return carved.removed_mm3.size(); });
-  py::class_<MoveResult>(module, "Tick", "What one move of a stroke came to.")
+  py::class_<MoveResult>(module, "Tick", "Result of one move of a stroke.")
       .def_readonly("removed_mm3", &MoveResult::removed_mm3,
-                    "mm^3; negative where material was added.")
+                    "mm^3; negative if material was added.")
       .def_readonly("points", &MoveResult::points, "Lattice nodes that were removed or added.")
       .def_readonly("force", &MoveResult::force, "N, on the tool (series: on the hand).")
       .def_readonly("moment", &MoveResult::moment, "N mm, about the tip.")
       .def_readonly("pose", &MoveResult::pose, "x, y, z [mm] and a quaternion x, y, z, w.");
-  py::class_<Stroke>(module, "Stroke", "A stroke that is led pose by pose: see Model.stroke.")
+  py::class_<Stroke>(module, "Stroke",
+                     "A stroke that a script moves pose by pose: see Model.stroke.")
       .def(
           "move", [](Stroke& self, const Doubles& pose) { return self.move(pose_of(pose)); },
-          py::arg("pose"), "Moves the tool there, x, y, z or x, y, z and a quaternion; a Tick.")
-      .def("end", &Stroke::end, "It is one step of the history from now on.")
-      .def("cancel", &Stroke::cancel, "It is as if it had not been.")
+          py::arg("pose"),
+          "Moves the tool to a pose: x, y, z, or x, y, z and a quaternion. Returns a Tick.")
+      .def("end", &Stroke::end, "Ends the stroke. It becomes one step of the history.")
+      .def("cancel", &Stroke::cancel, "Discards the stroke. The model is restored.")
       .def("__enter__", [](py::object self) { return self; })
       .def("__exit__",
            [](Stroke& self, const py::object& type, const py::object&, const py::object&) {
@@ -342,7 +349,8 @@ void bind_strokes(py::module_& module, ModelClass& model) {
       [](const Shared& self, const StrokeChoice& choice, const Pose& start) {
         return std::make_unique<Stroke>(self, choice, start);
       },
-      "stroke(tool, start, ...) -> Stroke\n\nThe same, led pose by pose: with m.stroke(tool, "
+      "stroke(tool, start, ...) -> Stroke\n\nThe same as carve(), moved pose by pose: with "
+      "m.stroke(tool, "
       "start) "
       "as s: tick = s.move(pose).");
 }

@@ -29,9 +29,9 @@ py::object to_python(const Number& number) {
 template <class Number>
 void from_python(Number& number, const py::handle& value) {
   if constexpr (std::is_same_v<Number, Vec3>)
-    number = vec(given<Three>(value, "a size is three numbers"));
+    number = vec(given<Three>(value, "a size must be three numbers"));
   else
-    number = given<double>(value, "a tool's number is a number");
+    number = given<double>(value, "the parameters of a tool must be numbers");
 }
 
 // Sets a tool's number by name. Returns false if there is no such number.
@@ -136,13 +136,14 @@ void bind_shapes(py::module_& module, std::type_identity<std::variant<Shape...>>
 
 TriangleMesh mesh_of(const Doubles& vertices, const py::object& given_triangles) {
   if (vertices.ndim() != 2 || vertices.shape(1) != 3)
-    throw py::value_error("vertices are an array of N rows: x, y, z");
+    throw py::value_error("vertices must be an array of N rows: x, y, z");
   const auto whole = py::array::ensure(given_triangles);
   if (!whole || whole.ndim() != 2 || whole.shape(1) != 3 ||
       (whole.dtype().kind() != 'i' && whole.dtype().kind() != 'u'))
-    throw py::value_error("triangles are an array of N rows of three whole numbers");
+    throw py::value_error("triangles must be an array of N rows of three whole numbers");
   const auto triangles = Indices::ensure(whole);
-  if (!triangles) throw py::value_error("triangles are an array of N rows of three whole numbers");
+  if (!triangles)
+    throw py::value_error("triangles must be an array of N rows of three whole numbers");
   TriangleMesh mesh;
   const py::ssize_t count = vertices.shape(0);
   for (py::ssize_t i = 0; i < count; i++) {
@@ -155,11 +156,11 @@ TriangleMesh mesh_of(const Doubles& vertices, const py::object& given_triangles)
     const int64_t* const t = triangles.data(i, 0);
     for (int k = 0; k < 3; k++)
       if (t[k] < 0 || t[k] >= count)
-        throw Failure("triangle " + std::to_string(i) + " names a vertex that is not there");
+        throw Failure("triangle " + std::to_string(i) + " refers to a missing vertex");
     mesh.triangles.push_back(
         {static_cast<uint32_t>(t[0]), static_cast<uint32_t>(t[1]), static_cast<uint32_t>(t[2])});
   }
-  if (mesh.triangles.empty()) throw Failure("a mesh without triangles is no solid");
+  if (mesh.triangles.empty()) throw Failure("a mesh needs at least one triangle");
   return mesh;
 }
 
@@ -174,7 +175,8 @@ void bind_tools(py::module_& module) {
       py::arg("text"), py::arg("font") = "DejaVu Sans", py::arg("height") = 10.0,
       py::arg("depth") = 2.0, py::arg("pitch") = 0.25,
       "Letters as a tool that is pressed into the wood. font: a family that fontconfig knows, or a "
-      "font's file. height: of a capital H [mm]; depth [mm]; pitch: of the model it is for [mm].");
+      "font file. height: height of a capital H [mm]. depth: their depth [mm]. pitch: pitch of the "
+      "model [mm].");
   module.def(
       "picture_stamp",
       [](const std::string& file, double width, double depth, double back, bool invert,
@@ -183,17 +185,16 @@ void bind_tools(py::module_& module) {
       },
       py::arg("file"), py::arg("width") = 20.0, py::arg("depth") = 2.0, py::arg("back") = 8.0,
       py::arg("invert") = false, py::arg("pitch") = 0.25,
-      "A grey picture (PNG) as a relief that is pressed in: white goes depth [mm] deeper than "
-      "black. width: of the picture [mm]; back: thickness of the plate behind it [mm].");
+      "A grey picture (PNG) as a relief that is pressed in. White is depth [mm] deeper than black. "
+      "width: width of the picture [mm]. back: thickness of the plate behind it [mm].");
   module.def(
       "mesh_stamp",
       [](const std::filesystem::path& file, double width) {
         return value_of(mesh_stamp(file, width));
       },
       py::arg("file"), py::arg("width") = 0.0,
-      "A mesh file as a tool that stands on its lowest place, scaled so that the longer of its "
-      "sides "
-      "across is width [mm]; 0: as it is.");
+      "A mesh file as a tool whose tip is its lowest point. width: the longer horizontal side "
+      "after scaling [mm]; 0: not scaled.");
 }
 
 }  // namespace kibori::python

@@ -55,11 +55,11 @@ Result<std::unique_ptr<Session>> HistoryViewer::at_last_whole(const std::filesys
     return Error{there.error()};
   auto bodies = document.value()->load_bodies(whole.value());
   if (!bodies) return Error{bodies.error()};
-  return make(
-      std::move(document).value(), std::move(bodies).value(),
-      why + ". Shown is step " + std::to_string(whole.value()) + " of " + std::to_string(head) +
-          ", the last that is whole, and nothing is written; 'kibori history FILE --salvage "
-          "NEW.kibori' saves up to there.");
+  return make(std::move(document).value(), std::move(bodies).value(),
+              why + ". The studio shows step " + std::to_string(whole.value()) + " of " +
+                  std::to_string(head) +
+                  ", the last undamaged one, read-only; 'kibori history FILE --salvage NEW.kibori' "
+                  "saves the steps up to it.");
 }
 
 bool HistoryViewer::latest(Shown& shown) {

@@ -48,7 +48,7 @@ Result<Library> Library::of_user() {
   const char* const home = std::getenv("HOME");
   if (data && *data) return Library(fs::path(data) / "kibori");
   if (home && *home) return Library(fs::path(home) / ".local/share/kibori");
-  return Error{"there is no home folder to keep documents in"};
+  return Error{"documents cannot be stored, because there is no home folder"};
 }
 
 std::vector<Library::Entry> Library::list() const {
@@ -85,12 +85,14 @@ Result<fs::path> Library::place_for(const std::string& name) const {
   std::error_code failed;
   if (folder_.empty())
     return Error{
-        "there is no home folder to keep documents in; name one: kibori studio FILE.kibori"};
+        "documents cannot be stored, because there is no home folder; name a file: kibori studio "
+        "FILE.kibori"};
   // Only the owner may read the folder.
   if (fs::create_directories(folder_, failed))
     fs::permissions(folder_, fs::perms::owner_all, failed);
   if (failed)
-    return Error{sanitize_message(folder_.string()) + ": can't be made (" + failed.message() + ")"};
+    return Error{sanitize_message(folder_.string()) + ": cannot be created (" + failed.message() +
+                 ")"};
   std::string stem = file_name_of(name);
   if (stem.empty()) stem = time_now();
   for (int i = 1; i < 10000; i++) {
@@ -99,7 +101,7 @@ Result<fs::path> Library::place_for(const std::string& name) const {
     const fs::path path = folder_ / file.append(".kibori");
     if (!fs::exists(fs::symlink_status(path, failed))) return path;
   }
-  return Error{"there are too many documents called '" + sanitize_message(stem) + "'"};
+  return Error{"there are too many documents with the name '" + sanitize_message(stem) + "'"};
 }
 
 Bytes Library::thumbnail(const std::string& name) const {

@@ -139,7 +139,7 @@ Result<std::unique_ptr<Session>> LiveSession::make(std::unique_ptr<Document> doc
                                                    const SessionOptions& options,
                                                    const std::string& notice) {
   if (options.stepped && !options.device.empty() && options.device != "virtual")
-    return Error{"only a pointer and the simulated hand can be stepped"};
+    return Error{"only a pointer or the simulated hand can run in steps"};
   std::unique_ptr<LiveSession> session(new LiveSession);
   session->notice_ = notice;
   session->name_ = document->name();
@@ -251,7 +251,7 @@ Status LiveSession::can_work(Mode mode) const {
     return Error{body.name +
                  (!body.visible ? " is hidden: show it first"
                   : body.locked ? " is locked: unlock it first"
-                                : " is no-go: allow cuts in it first") +
+                                : " is protected: allow cuts in it first") +
                  ", or choose another body"};
   const std::vector<Body>& all = bodies().all;
   const bool protects = std::any_of(all.begin(), all.end(), [&](const Body& other) {
@@ -394,7 +394,8 @@ void LiveSession::bring(const Vec3& tip_mm) {
 
 Status LiveSession::choose_reach(double scale) {
   if (!held()) return Error{"no force device holds the tool"};
-  if (!(scale >= kMinReach && scale <= kMaxReach)) return Error{"the reach must be 0.1 to 20"};
+  if (!(scale >= kMinReach && scale <= kMaxReach))
+    return Error{"the reach must be 0.1 to 20 mm per mm of the hand"};
   return give_hand(hand_, scale);
 }
 
@@ -438,7 +439,7 @@ Status LiveSession::fits_hand(const Tool& tool) const {
   if ((mesh && mesh->mesh->triangles.size() > kMaxStampTriangles) ||
       !(reach_mm(tool) <= kMaxToolReach * lattice_.pitch_mm))
     return Error{
-        std::string("a hand can't hold this ") + shape_of(tool) +
+        std::string("a hand cannot hold this ") + shape_of(tool) +
         ": it is too long for the pitch or has too many triangles; use a smaller or simpler one"};
   return Ok{};
 }
@@ -530,7 +531,7 @@ Status LiveSession::choose_brush(const Brush& brush) {
 }
 
 Status LiveSession::choose_material(size_t material) {
-  if (material >= materials_.size()) return Error{"there is no such material; reload the page"};
+  if (material >= materials_.size()) return Error{"this material is unknown; reload the page"};
   return post([number = static_cast<uint8_t>(material)](ServoContext& live) {
     live.settings().material = live.second()->settings().material = number;
   });
@@ -642,7 +643,7 @@ bool LiveSession::latest(Shown& shown) {
   shown = {listed_, carved_body_};
   if (Body* const body = shown.bodies.find(carved_body_))
     body->model = carved_;
-  else  // the servo does not have it yet
+  else  // the servo has not received it yet
     shown.active = shown.bodies.all.front().id;
   return true;
 }

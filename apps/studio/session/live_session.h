@@ -61,7 +61,7 @@ class LiveSession final : public Session {
   void strike();
   // Sets the tool's rotation about its own axis [rad].
   void turn(double roll_rad);
-  // Whether a stroke is in progress or has not ended yet.
+  // Whether a stroke is in progress, or is lifted while its tool still follows the path.
   bool pressed() const { return first_.pressed() || second_.pressed() || !later_.empty(); }
   // Whether the pressed tool is inside material and cannot back out. It cuts nothing there.
   bool blocked() const { return (first_.pressed() || !later_.empty()) && inside_; }

@@ -49,7 +49,7 @@ struct Label {
   std::string operator()(const BodySpline&) const { return "Spline"; }
   std::string operator()(const BodySet& verb) const {
     const BodyProperties& set = verb.properties;
-    if (set.no_go) return *set.no_go ? "No-go" : "May be cut";
+    if (set.no_go) return *set.no_go ? "Protect" : "Unprotect";
     if (set.name) return "Name";
     if (set.visible) return *set.visible ? "Show" : "Hide";
     return set.locked.value_or(false) ? "Lock" : "Unlock";
@@ -133,7 +133,7 @@ void Session::count_volume() {
 }
 
 void Session::name_version(const std::string&) {
-  notify(Error{"this is only looked at, and has no versions to name"});
+  notify(Error{"the document is open read-only, so its versions cannot be named"});
 }
 
 Result<std::unique_ptr<Session>> open_session(const std::filesystem::path& file,

@@ -32,7 +32,7 @@ struct HistoryState {
   size_t steps = 0;
   bool undo = false, redo = false;  // whether a target exists
   uint64_t hash = 0;                // of the model at `step`
-  std::string write_error;          // see DocumentWriter::trouble()
+  std::string write_error;          // see DocumentWriter::write_error()
 };
 
 struct PastStep {

@@ -18,13 +18,14 @@ constexpr const char* kSize = "the size must be 0.1 to 10000 mm";
 Result<Scene> scene_of(const Stock& stock, double longest_mm, size_t material) {
   if (!(longest_mm >= kMinMm && longest_mm <= kMaxMm)) return Error{kSize};
   if (!(stock.pitch_mm > 0) || !(longest_mm <= kMaxRays * stock.pitch_mm))
-    return Error{"that is finer than can be shown; choose less detail"};
-  if (!(longest_mm >= 8 * stock.pitch_mm)) return Error{"that is too coarse; choose more detail"};
+    return Error{"the studio cannot show this much detail; choose less"};
+  if (!(longest_mm >= 8 * stock.pitch_mm))
+    return Error{"this is too coarse to carve; choose more detail"};
   Scene scene;
   scene.file = "the new document";
   scene.stock = stock;
   scene.materials = known_materials();
-  if (material >= scene.materials.size()) return Error{"there is no such material"};
+  if (material >= scene.materials.size()) return Error{"this material is unknown"};
   scene.stock.material = static_cast<uint8_t>(material);
   if (const auto* volume = std::get_if<StockVolume>(&stock.shape);
       volume && !volume->labels.empty())
@@ -65,7 +66,7 @@ Result<Scene> file_scene(const std::filesystem::path& file, const FileStock& how
   } else if (ending_of(file) == ".nrrd") {
     stock.shape = StockVolume{file, how.labels};
     for (const auto& [label, material] : how.labels)
-      if (material >= known_materials().size()) return Error{"there is no such material"};
+      if (material >= known_materials().size()) return Error{"this material is unknown"};
   } else {
     stock.shape = StockMesh{file, how.longest_mm, how.orientation};
   }
@@ -75,7 +76,7 @@ Result<Scene> file_scene(const std::filesystem::path& file, const FileStock& how
 
 Result<Tool> file_shape(const std::filesystem::path& file, const FileStock& how) {
   if (!(how.longest_mm >= kMinMm && how.longest_mm <= kMaxMm)) return Error{kSize};
-  if (ending_of(file) == ".png") return Error{"a picture is no body; bring a mesh"};
+  if (ending_of(file) == ".png") return Error{"a picture cannot become a body; choose a mesh"};
   Result<TriangleMesh> read = read_mesh(file);
   if (!read) return Error{read.error()};
   const auto mesh = std::make_shared<TriangleMesh>(std::move(read).value());

@@ -18,8 +18,7 @@ void Skew::check(ToolCheck& checks) const {
   checks.between("bevel_deg", bevel_deg, 5, 120);
   checks.require(skew_deg <= 75, "skew_deg must not exceed 75");
   checks.require(length >= bevels_mm(*this),
-                 "length must be at least the height of the bevels: make it longer, or the "
-                 "chisel narrower");
+                 "length must be at least the height of the bevels; raise length, or lower width");
 }
 
 // Two parts: the bevels, up to where their distance is the thickness, and the blade above.
