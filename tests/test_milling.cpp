@@ -12,12 +12,15 @@
 #include <zlib.h>
 
 #include <kibori/run/milling.h>
+#include <kibori/run/milling_target.h>
+#include <kibori/surface/surface.h>
 
 #include "tests/support.h"
 
 namespace kibori {
 namespace {
 
+using test::Random;
 namespace fs = std::filesystem;
 const fs::path kGcode = fs::path(KIBORI_SOURCE_DIR) / "../shared/gcode";
 
@@ -234,6 +237,151 @@ TEST(Milling, BearEqualsAHeightMap) {
   std::printf("removed %.1f mm3, height map %.1f mm3\n", summary.value().removed_mm3, dense);
   EXPECT_NEAR(summary.value().removed_mm3, dense, 2e-4 * dense);
   EXPECT_TRUE(summary.value().collisions.empty());
+}
+
+// ---- target and fixtures ----
+
+TriangleMesh box_mesh(const Vec3& lo, const Vec3& hi) {
+  TriangleMesh mesh;
+  for (int i = 0; i < 8; i++)
+    mesh.vertices.emplace_back(i & 1 ? hi.x() : lo.x(), i & 2 ? hi.y() : lo.y(),
+                               i & 4 ? hi.z() : lo.z());
+  const std::array<uint32_t, 4> sides[] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
+                                           {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+  for (const auto& [a, b, c, d] : sides) {
+    mesh.triangles.push_back({a, b, c});
+    mesh.triangles.push_back({a, c, d});
+  }
+  return mesh;
+}
+
+// Signed distance of a box, by its definition.
+double box_distance(const Vec3& p, const Vec3& lo, const Vec3& hi) {
+  const Vec3 d = (lo - p).cwiseMax(p - hi);
+  return d.maxCoeff() < 0 ? d.maxCoeff() : d.cwiseMax(Vec3::Zero()).norm();
+}
+
+TEST(Milling, SignedDistancesOfABox) {
+  const Vec3 lo(-3, 1, 2), hi(5, 4, 2.5);
+  const Surface surface = surface_of_mesh(box_mesh(lo, hi));
+  const DistanceTree tree(surface);
+  Random random;
+  SCOPED_TRACE(random.note());
+  for (int i = 0; i < 5000; i++) {
+    Vec3 p = Vec3(1, 2.5, 2.25) + random.in_box(-6, 6);
+    // On the planes of faces and beside edges and corners, too.
+    for (int k = 0; k < 3; k++)
+      if (random.integer(0, 3) == 0) p[k] = random.integer(0, 1) ? lo[k] - 1e-7 : hi[k] + 1e-7;
+    ASSERT_NEAR(tree.signed_distance(p), box_distance(p, lo, hi), 1e-5) << p.transpose();
+  }
+}
+
+struct Compared {
+  MillSummary summary;
+  TargetReport report;
+};
+
+// Mills the stock of a job, next to fixtures, and compares the result with a target.
+Compared compare(Job& job, const std::string& text, const TriangleMesh& part,
+                 const std::vector<TriangleMesh>& fixtures = {}) {
+  const test::Folder folder;
+  const fs::path file = folder.path / "p.nc";
+  std::ofstream(file) << text;
+  MillStockOptions how;
+  how.pitch_mm = job.pitch_mm;
+  how.holds = part.bounds();
+  std::vector<MillMesh> around;
+  for (const TriangleMesh& mesh : fixtures) {
+    around.push_back({"fixture", mesh});
+    how.holds->include(mesh.bounds().min);
+    how.holds->include(mesh.bounds().max);
+  }
+  const auto model = std::move(make_mill_stock(job.block, how).value());
+  MillTarget target = std::move(make_target({"part", part}, *model, 2).value());
+  job.options.target = target.model.get();
+  std::unique_ptr<TriDexel> clamps;
+  if (!around.empty()) {
+    clamps = std::move(make_fixtures(around, model->lattice(), 1).value());
+    job.options.fixtures = clamps.get();
+  }
+  Result<MillSummary> summary = run_milling(*model, {file}, job.options);
+  EXPECT_TRUE(summary) << summary.error();
+  const Surface left = extract_surface(model->snapshot());
+  Result<TargetReport> report = compare_with_target(summary.value(), target, left, job.pitch_mm, 2);
+  EXPECT_TRUE(report) << report.error();
+  return {summary.value(), report.value()};
+}
+
+// Faces the block of 40 x 40 mm down to z = -2.
+const std::string kFacing = [] {
+  std::string text = "T1 M6\nG0 X-9 Y0 Z5\nG1 Z-2 F800\n";
+  for (int y = 0; y <= 40; y += 4)
+    text += std::string(y % 8 ? "X-9" : "X49") + "\nY" + std::to_string(y + 4) + "\n";
+  return text + "G0 Z5\n";
+}();
+
+TEST(Milling, AProgramThatMakesItsTargetGougesNothing) {
+  const TriangleMesh part = box_mesh(Vec3(0, 0, -20), Vec3(40, 40, -2));
+  for (const double pitch : {0.25, 0.31, 0.5}) {
+    Job job;
+    job.pitch_mm = pitch;
+    const Compared c = compare(job, kFacing, part);
+    EXPECT_TRUE(c.report.gouges.empty()) << pitch;
+    EXPECT_NEAR(c.report.deviation.max, 0, 0.01 * pitch);
+    EXPECT_NEAR(c.report.deviation.min, 0, 0.01 * pitch);
+    EXPECT_NEAR(c.report.missing_mm3, 0, 1e-3 * 28800);
+    EXPECT_NEAR(c.report.excess_mm3, 0, 1e-3 * 28800);
+    EXPECT_FALSE(c.report.gouged());
+  }
+}
+
+TEST(Milling, GougesAreFoundByLineWithTheirDepth) {
+  Job job;
+  job.pitch_mm = 0.25;
+  // Three gouges after 27 lines: a hole of 0.6 mm, a slot of 1 mm, and a rapid move at -3.
+  const std::string text = kFacing +
+                           "G0 X20 Y20\nG1 Z-2.6 F99\nG0 Z5\nG0 X8 Y8\nG1 Z-2 F99\nZ-3\nX16\n"
+                           "G0 Z5\nX60 Y33\nZ-3\nX-9";
+  const Compared c = compare(job, text, box_mesh(Vec3(0, 0, -20), Vec3(40, 40, -2)));
+  std::vector<std::pair<int, double>> found;
+  for (const DeepGouge& gouge : c.report.gouges)
+    found.emplace_back(gouge.gouge.line, gouge.depth_mm);
+  const int first = 26;  // lines of kFacing
+  ASSERT_EQ(found.size(), 4u);
+  const std::pair<int, double> expected[] = {
+      {first + 2, 0.6}, {first + 6, 1}, {first + 7, 1}, {first + 11, 1}};
+  for (size_t i = 0; i < 4; i++) {
+    EXPECT_EQ(found[i].first, expected[i].first);
+    EXPECT_NEAR(found[i].second, expected[i].second, 0.05) << i;
+  }
+  EXPECT_NEAR(c.report.deviation.min, -1, 0.01);
+  const double missing = M_PI * 9 * 0.6 + (M_PI * 9 + 8 * 6) * 1 + 40 * 6 * 1;
+  EXPECT_NEAR(c.report.missing_mm3, missing, 0.01 * missing);
+  EXPECT_TRUE(c.report.gouged());
+  // Material that is left over: nothing is cut, and the target is smaller than the stock.
+  Job idle;
+  const Compared none = compare(idle, "T1 M6\nG0 Z9", box_mesh(Vec3(3, 3, -20), Vec3(37, 37, -2)));
+  EXPECT_NEAR(none.report.excess_mm3, 32000 - 34 * 34 * 18, 0.002 * 32000);
+  EXPECT_NEAR(none.report.deviation.max, std::sqrt(9 + 9 + 4), 0.02);
+  EXPECT_TRUE(none.report.gouges.empty());
+}
+
+TEST(Milling, FixturesAreMetByLine) {
+  const TriangleMesh part = box_mesh(Vec3(0, 0, -20), Vec3(40, 40, -2));
+  const std::vector<TriangleMesh> clamps = {box_mesh(Vec3(-20, 10, -20), Vec3(-2, 30, 8)),
+                                            box_mesh(Vec3(45, 0, -20), Vec3(60, 5, 2))};
+  for (const auto& [text, expected] : {
+           std::pair{"T1 M6\nG0 X20 Y20 Z20\nG1 Z-1 F99\nX0\nX20", "fixture 4\nfixture 5\n"},
+           // Down into a clamp. The way up is that of the way down.
+           {"T1 M6\nG0 X20 Y2 Z20\nG0 X52\nZ1\nZ20", "fixture 4\n"},
+           {"T1 M6\nG0 X20 Y20 Z20\nG1 Z-1 F99\nX2\nX20\nG0 Z20\nX-10", ""},
+       }) {
+    Job job;
+    std::string found;
+    for (const MillCollision& c : compare(job, text, part, clamps).summary.collisions)
+      found += std::string(name_of(c.kind)) + " " + std::to_string(c.line) + "\n";
+    EXPECT_EQ(found, expected) << text;
+  }
 }
 
 }  // namespace

@@ -18,6 +18,7 @@
 #include <kibori/report/mill_report.h>
 #include <kibori/run/documents.h>
 #include <kibori/run/milling.h>
+#include <kibori/run/milling_target.h>
 #include <kibori/run/workpiece.h>
 #include <kibori/surface/surface.h>
 
@@ -27,7 +28,7 @@ using namespace kibori;
 
 namespace {
 
-// Exit status of --strict if there is a collision.
+// Exit status of --strict if there is a collision or a gouge.
 constexpr int kCollided = 3;
 // Default pitch: the longest side of the stock divided by this.
 constexpr double kDefaultCells = 256;
@@ -39,7 +40,7 @@ const char* const kFooter =
     "The stock is a block from its lower to its upper corner, in the program's coordinates (G54), "
     "a mesh,\n"
     "or a document. docs/milling.md explains G-code, tool tables and machine files.\n"
-    "Exit status: 0 done, 2 bad input, 3 a collision with --strict.";
+    "Exit status: 0 done, 2 bad input, 3 a collision or a gouge with --strict.";
 
 std::optional<Box> parse_box(const std::string& text) {
   double n[6];
@@ -61,8 +62,11 @@ struct MillCommand::Job {
   std::optional<MillStock> stock;
   std::optional<double> pitch_mm;
   MillOptions options;
-  std::unique_ptr<TriDexel> model;
+  std::unique_ptr<TriDexel> model, fixtures;
   std::vector<Material> materials;
+  std::optional<MillTarget> target;
+  std::optional<TargetReport> report;
+  Surface map;  // what is left, painted by its deviation from the target
 };
 
 MillCommand::MillCommand(CLI::App& app) {
@@ -103,6 +107,23 @@ MillCommand::MillCommand(CLI::App& app) {
       ->check(CLI::IsMember({"iso", "front", "back", "left", "right", "top", "bottom"}))
       ->capture_default_str();
   command_
+      ->add_option("--target", target_, "the part to make: reports gouges and what is left over")
+      ->type_name("MESH");
+  command_
+      ->add_option("--tolerance", tolerance_,
+                   "of the target: smaller deviations are not reported; by default the pitch")
+      ->type_name("MM")
+      ->check(kPositive);
+  command_
+      ->add_option("--map", map_,
+                   "write what is left, coloured: blue where the target misses material, red where "
+                   "too much is left")
+      ->type_name("FILE.ply|.obj|.3mf|.glb|.png");
+  command_
+      ->add_option("--fixture", fixtures_,
+                   "a clamp or another part that the tool may not touch; may be repeated")
+      ->type_name("MESH");
+  command_
       ->add_option("--lines", lines_, "write removed volume, engagement and force of every line")
       ->type_name("FILE.csv");
   command_->add_option("-o,--output", document_, "write a document with the result")
@@ -110,7 +131,8 @@ MillCommand::MillCommand(CLI::App& app) {
   command_->add_flag("--z-only", z_only_,
                      "edit the z field only: faster, for volumes and collisions with three axes; "
                      "no mesh can be written");
-  command_->add_flag("--strict", strict_, "exit with status 3 if anything collides");
+  command_->add_flag("--strict", strict_,
+                     "exit with status 3 if anything collides or the target is gouged");
   command_->add_flag("--json", json_, "summary as JSON on standard output");
   command_
       ->add_option("--threads", threads_, "threads to work with; the result does not depend on it")
@@ -184,9 +206,22 @@ Status MillCommand::check_outputs(const Job& job) const {
   outputs.writes("--mesh", mesh_);
   outputs.writes("--picture", picture_);
   outputs.writes("--lines", lines_);
+  outputs.writes("--map", map_);
+  outputs.reads(target_);
+  for (const std::string& fixture : fixtures_) outputs.reads(fixture);
   if (const Status can = outputs.check(); !can) return can;
-  if (z_only_ && !(mesh_.empty() && picture_.empty() && document_.empty()))
-    return Error{"--z-only computes no surface; omit it to write a mesh, picture or document"};
+  if (z_only_ && !(mesh_.empty() && picture_.empty() && document_.empty() && target_.empty()))
+    return Error{
+        "--z-only computes no surface; omit it to write a mesh, picture or document, or to compare "
+        "with a target"};
+  if (target_.empty() && (!map_.empty() || tolerance_ > 0))
+    return Error{"--map and --tolerance need the part to compare with; give it with --target"};
+  if (!map_.empty() && ending_of(map_) != ".png") {
+    if (const Status known = check_surface_ending(map_); !known) return known;
+    if (ending_of(map_) == ".stl")
+      return Error{map_ +
+                   ": STL holds no colours; write the map as .ply, .obj, .3mf, .glb or .png"};
+  }
   if (!mesh_.empty())
     if (const Status known = check_surface_ending(mesh_); !known) return known;
   if (!document_.empty() && !is_document(document_))
@@ -194,6 +229,88 @@ Status MillCommand::check_outputs(const Job& job) const {
   if (!picture_.empty() && ending_of(picture_) != ".png")
     return Error{picture_ + ": pictures are written as .png"};
   return Ok{};
+}
+
+// Makes the models of stock, fixtures and target, all on one lattice.
+Status MillCommand::make_models(Job& job) const {
+  MillStockOptions options;
+  if (const Box* const box = std::get_if<Box>(&*job.stock))
+    options.pitch_mm = box->size().maxCoeff() / kDefaultCells;
+  if (job.pitch_mm) options.pitch_mm = *job.pitch_mm;
+  if (pitch_ > 0) options.pitch_mm = pitch_;
+  options.threads = threads_;
+  options.warning = warn;
+  std::vector<MillMesh> fixtures;
+  std::optional<MillMesh> target;
+  const auto read = [&](const std::string& file) -> Result<MillMesh> {
+    Result<MillMesh> mesh = read_mill_mesh(file, warn);
+    if (!mesh) return mesh;
+    if (!options.holds) options.holds.emplace();
+    const Box bounds = mesh.value().mesh.bounds();
+    options.holds->include(bounds.min);
+    options.holds->include(bounds.max);
+    return mesh;
+  };
+  for (const std::string& file : fixtures_) {
+    Result<MillMesh> mesh = read(file);
+    if (!mesh) return Error{mesh.error()};
+    fixtures.push_back(std::move(mesh.value()));
+  }
+  if (!target_.empty()) {
+    Result<MillMesh> mesh = read(target_);
+    if (!mesh) return Error{mesh.error()};
+    target = std::move(mesh.value());
+  }
+  Result<std::unique_ptr<TriDexel>> model = make_mill_stock(*job.stock, options);
+  if (!model) return Error{model.error()};
+  job.model = std::move(model.value());
+  if (!fixtures.empty()) {
+    auto made = make_fixtures(fixtures, job.model->lattice(), threads_);
+    if (!made) return Error{made.error()};
+    job.fixtures = std::move(made.value());
+    job.options.fixtures = job.fixtures.get();
+  }
+  if (target) {
+    Result<MillTarget> made = make_target(*target, *job.model, threads_);
+    if (!made) return Error{made.error()};
+    job.target = std::move(made.value());
+    job.options.target = job.target->model.get();
+  }
+  return Ok{};
+}
+
+Status MillCommand::compare(Job& job, const MillSummary& summary) const {
+  if (!job.target) return Ok{};
+  job.map = extract_surface(job.model->snapshot(), threads_);
+  if (job.map.triangles.empty())
+    return Error{"nothing is left to compare with " + target_ + "; check where the stock is"};
+  Result<TargetReport> report =
+      compare_with_target(summary, *job.target, job.map,
+                          tolerance_ > 0 ? tolerance_ : job.model->lattice().pitch_mm, threads_);
+  if (!report) return Error{report.error()};
+  job.report = std::move(report.value());
+  if (map_.empty()) return Ok{};
+  paint_deviation(job.map, *job.report);
+  if (ending_of(map_) == ".png") return draw(job, map_, job.map);
+  return write_surface(map_, [&](const SurfaceSink& sink) { send_surface(job.map, sink); }, {});
+}
+
+Status MillCommand::draw(const Job& job, const std::string& file, const Surface& surface) const {
+  PictureOptions options;
+  options.view = *view_named(view_);
+  options.threads = threads_;
+  const Lattice& lattice = job.model->lattice();
+  options.plank = lattice.to_mm(lattice.whole());
+  options.progress = [](double share) { show_progress("drawing", share); };
+  std::vector<Rgb> colors;
+  for (const Material& material : job.materials) {
+    colors.push_back(material.color);
+    options.contrasts.push_back(ring_contrast(material.name));
+  }
+  const Result<Image> image = draw_picture(surface, colors, options);
+  if (!image) return Error{file + ": " + image.error()};
+  const Image& drawn = image.value();
+  return write_png_rgb(file, drawn.width, drawn.height, drawn.pixels);
 }
 
 Status MillCommand::write_outputs(const Job& job) const {
@@ -204,20 +321,7 @@ Status MillCommand::write_outputs(const Job& job) const {
     const Result<size_t> written = write_model(mesh_, model, colors, 0, threads_);
     if (!written) return Error{written.error()};
   }
-  if (!picture_.empty()) {
-    PictureOptions options;
-    options.view = *view_named(view_);
-    options.threads = threads_;
-    options.plank = model.lattice.to_mm(model.lattice.whole());
-    options.progress = [](double share) { show_progress("drawing", share); };
-    for (const Material& material : job.materials)
-      options.contrasts.push_back(ring_contrast(material.name));
-    const Result<Image> image = draw_picture(extract_surface(model, threads_), colors, options);
-    if (!image) return Error{picture_ + ": " + image.error()};
-    const Image& drawn = image.value();
-    if (const Status ok = write_png_rgb(picture_, drawn.width, drawn.height, drawn.pixels); !ok)
-      return ok;
-  }
+  if (!picture_.empty()) return draw(job, picture_, extract_surface(model, threads_));
   return Ok{};
 }
 
@@ -225,16 +329,7 @@ int MillCommand::run() const {
   Job job;
   if (const Status ok = prepare(job); !ok) return bad_input(ok.error());
   if (const Status ok = check_outputs(job); !ok) return bad_input(ok.error());
-  MillStockOptions stock;
-  if (const Box* const box = std::get_if<Box>(&*job.stock))
-    stock.pitch_mm = box->size().maxCoeff() / kDefaultCells;
-  if (job.pitch_mm) stock.pitch_mm = *job.pitch_mm;
-  if (pitch_ > 0) stock.pitch_mm = pitch_;
-  stock.threads = threads_;
-  stock.warning = warn;
-  Result<std::unique_ptr<TriDexel>> model = make_mill_stock(*job.stock, stock);
-  if (!model) return bad_input(model.error());
-  job.model = std::move(model.value());
+  if (const Status ok = make_models(job); !ok) return bad_input(ok.error());
 
   std::optional<NewFile> lines;
   if (!lines_.empty()) {
@@ -247,12 +342,17 @@ int MillCommand::run() const {
   if (lines)
     if (const Status ok = lines->commit(); !ok) return bad_input(ok.error());
   if (const Status ok = write_outputs(job); !ok) return bad_input(ok.error());
-  std::fputs((json_ ? mill_json(summary.value()) : mill_text(summary.value())).c_str(), stdout);
+  if (const Status ok = compare(job, summary.value()); !ok) return bad_input(ok.error());
+  const TargetReport* const report = job.report ? &*job.report : nullptr;
+  std::fputs(
+      (json_ ? mill_json(summary.value(), report) : mill_text(summary.value(), report)).c_str(),
+      stdout);
   if (!document_.empty()) {
     auto piece = Workpiece::of(std::move(job.model), job.materials);
     if (!piece) return bad_input(piece.error());
     if (const Status ok = piece.value()->save(document_, false); !ok) return bad_input(ok.error());
   }
   const int status = written();
-  return status == 0 && strict_ && !summary.value().collisions.empty() ? kCollided : status;
+  const bool bad = !summary.value().collisions.empty() || (report && report->gouged());
+  return status == 0 && strict_ && bad ? kCollided : status;
 }

@@ -7,6 +7,8 @@
 
 #include <CLI/CLI.hpp>
 
+#include <kibori/run/milling.h>
+
 #include "apps/cli/common.h"
 
 class MillCommand {
@@ -22,13 +24,18 @@ class MillCommand {
   kibori::Status prepare(Job& job) const;
   kibori::Status read_programs(Job& job) const;
   kibori::Status check_outputs(const Job& job) const;
+  kibori::Status make_models(Job& job) const;
+  kibori::Status compare(Job& job, const kibori::MillSummary& summary) const;
+  kibori::Status draw(const Job& job, const std::string& file,
+                      const kibori::Surface& surface) const;
   kibori::Status write_outputs(const Job& job) const;
 
   CLI::App* command_;
   std::vector<std::string> programs_;
-  std::string stock_, tools_, machine_, mesh_, picture_, document_, lines_, material_ = "MDF",
-                                                                            view_ = "iso";
-  double pitch_ = 0;
+  std::string stock_, tools_, machine_, mesh_, picture_, document_, lines_, target_, map_;
+  std::string material_ = "MDF", view_ = "iso";
+  std::vector<std::string> fixtures_;
+  double pitch_ = 0, tolerance_ = 0;
   int tool_ = 0, threads_ = all_cores();
   bool json_ = false, z_only_ = false, strict_ = false;
 };

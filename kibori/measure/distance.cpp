@@ -9,6 +9,7 @@
 #include <embree3/rtcore.h>
 
 #include <kibori/base/parallel.h>
+#include <kibori/geometry/mesh_info.h>
 #include <kibori/geometry/triangle_distance.h>
 
 namespace kibori {
@@ -90,72 +91,163 @@ DistanceTree::~DistanceTree() {
 }
 bool DistanceTree::good() const { return state_->good; }
 
+// The nearest triangle so far.
+struct DistanceTree::Search {
+  const Surface& surface;
+  Vec3 point;
+  double min = std::numeric_limits<double>::infinity();
+  bool sides = false;  // also finds the side
+  // Distance from the plane of the triangle that decides the side; negative behind it.
+  double height = 0;
+
+  // Finds the nearest triangle in a scene.
+  void run(RTCScene scene) {
+    RTCPointQuery query = {};
+    query.x = static_cast<float>(point.x());
+    query.y = static_cast<float>(point.y());
+    query.z = static_cast<float>(point.z());
+    query.radius = std::numeric_limits<float>::infinity();
+    RTCPointQueryContext context;
+    rtcInitPointQueryContext(&context);
+    rtcPointQuery(
+        scene, &query, &context,
+        [](RTCPointQueryFunctionArguments* arguments) {
+          auto& found = *static_cast<Search*>(arguments->userPtr);
+          if (!found.visit(found.surface.triangles[arguments->primID])) return false;
+          // A little more than the minimum, because the point was rounded for the tree.
+          arguments->query->radius =
+              static_cast<float>(found.min) * 1.0001f + 1e-6f * std::abs(arguments->query->x) +
+              1e-6f * std::abs(arguments->query->y) + 1e-6f * std::abs(arguments->query->z);
+          return true;
+        },
+        this);
+  }
+
+ private:
+  // True if the triangle is nearer than all before.
+  bool visit(const SurfaceTriangle& t) {
+    const Vec3 a = at(surface, t[0]), b = at(surface, t[1]), c = at(surface, t[2]);
+    const double d = distance_to_triangle(point, a, b, c);
+    if (sides) look_at_side(d, (b - a).cross(c - a), point - a);
+    if (!(d < min)) return false;
+    min = d;
+    return true;
+  }
+  // Several triangles share the nearest edge or corner. The one whose plane is farthest decides.
+  void look_at_side(double d, const Vec3& normal, const Vec3& from_plane) {
+    const double length = normal.norm();
+    if (!(length > 0) || d > min * (1 + 1e-9) + 1e-12) return;
+    const double here = normal.dot(from_plane) / length;
+    if (d < min * (1 - 1e-9) - 1e-12 || std::abs(here) > std::abs(height)) height = here;
+  }
+};
+
 double DistanceTree::distance(const Vec3& p) const {
-  struct Search {
-    const Surface& surface;
-    Vec3 point;
-    double min = std::numeric_limits<double>::infinity();
-  } search{state_->surface, p};
-  RTCPointQuery query = {};
-  query.x = static_cast<float>(p.x());
-  query.y = static_cast<float>(p.y());
-  query.z = static_cast<float>(p.z());
-  query.radius = std::numeric_limits<float>::infinity();
-  RTCPointQueryContext context;
-  rtcInitPointQueryContext(&context);
-  rtcPointQuery(
-      state_->scene, &query, &context,
-      [](RTCPointQueryFunctionArguments* arguments) {
-        auto& found = *static_cast<Search*>(arguments->userPtr);
-        const SurfaceTriangle& t = found.surface.triangles[arguments->primID];
-        const double d = distance_to_triangle(found.point, at(found.surface, t[0]),
-                                              at(found.surface, t[1]), at(found.surface, t[2]));
-        if (!(d < found.min)) return false;
-        found.min = d;
-        // A little more than d, because the point was rounded for the tree.
-        arguments->query->radius =
-            static_cast<float>(d) * 1.0001f + 1e-6f * std::abs(arguments->query->x) +
-            1e-6f * std::abs(arguments->query->y) + 1e-6f * std::abs(arguments->query->z);
-        return true;
-      },
-      &search);
+  Search search{state_->surface, p};
+  search.run(state_->scene);
   return search.min;
 }
 
-Result<Distance> distance_from_to(const Surface& from, const Surface& to, int64_t samples,
-                                  int threads) {
-  if (from.triangles.empty() || to.triangles.empty())
-    return Error{"one of the two surfaces is empty"};
-  const DistanceTree tree(to);
-  if (!tree.good())
-    return Error{"not enough memory to measure a mesh of this size; simplify it first"};
-  std::vector<Vec3> points = spread(from, samples);
-  const size_t spread_count = points.size();
-  std::vector<bool> used(from.vertices.size());
-  for (const SurfaceTriangle& t : from.triangles)
-    for (const uint32_t v : t) used[v] = true;
-  for (uint32_t v = 0; v < from.vertices.size(); v++)
-    if (used[v]) points.push_back(at(from, v));
-  std::vector<double> distances(points.size());
-  constexpr size_t kBlock = 1024;
-  run_parallel(threads, (points.size() + kBlock - 1) / kBlock, [&](size_t block) {
-    for (size_t i = block * kBlock; i < std::min(points.size(), (block + 1) * kBlock); i++)
-      distances[i] = tree.distance(points[i]);
-  });
-  Distance result;
-  double sum = 0, squares = 0;
-  for (size_t i = 0; i < points.size(); i++) {
-    if (i < spread_count) {
+double DistanceTree::signed_distance(const Vec3& p) const {
+  Search search{state_->surface, p};
+  search.sides = true;
+  search.run(state_->scene);
+  return search.height < 0 ? -search.min : search.min;
+}
+
+namespace {
+
+// The points of a surface at which distances are taken: first those spread over it, then its used
+// vertices.
+struct Samples {
+  std::vector<Vec3> points;
+  size_t spread_count = 0;
+  std::vector<uint32_t> vertices;  // of the points after the first spread_count
+
+  Samples(const Surface& surface, int64_t count) : points(spread(surface, count)) {
+    spread_count = points.size();
+    std::vector<bool> used(surface.vertices.size());
+    for (const SurfaceTriangle& t : surface.triangles)
+      for (const uint32_t v : t) used[v] = true;
+    for (uint32_t v = 0; v < surface.vertices.size(); v++)
+      if (used[v]) {
+        points.push_back(at(surface, v));
+        vertices.push_back(v);
+      }
+  }
+  // `of`: distance of a point.
+  template <class Of>
+  std::vector<double> distances(int threads, const Of& of) const {
+    std::vector<double> result(points.size());
+    constexpr size_t kBlock = 1024;
+    run_parallel(threads, (points.size() + kBlock - 1) / kBlock, [&](size_t block) {
+      for (size_t i = block * kBlock; i < std::min(points.size(), (block + 1) * kBlock); i++)
+        result[i] = of(points[i]);
+    });
+    return result;
+  }
+  // Mean, and root of the mean square, of the points that are spread.
+  void means(const std::vector<double>& distances, double& mean, double& rms) const {
+    double sum = 0, squares = 0;
+    for (size_t i = 0; i < spread_count; i++) {
       sum += distances[i];
       squares += distances[i] * distances[i];
     }
+    const double n = std::max(1.0, static_cast<double>(spread_count));
+    mean = sum / n;
+    rms = std::sqrt(squares / n);
+  }
+};
+
+const char* const kNoSurface = "one of the two surfaces is empty";
+const char* const kNoMemory = "not enough memory to measure a mesh of this size; simplify it first";
+
+}  // namespace
+
+Result<Distance> distance_from_to(const Surface& from, const Surface& to, int64_t samples,
+                                  int threads) {
+  if (from.triangles.empty() || to.triangles.empty()) return Error{kNoSurface};
+  const DistanceTree tree(to);
+  if (!tree.good()) return Error{kNoMemory};
+  const Samples at(from, samples);
+  const std::vector<double> distances =
+      at.distances(threads, [&](const Vec3& p) { return tree.distance(p); });
+  Distance result;
+  at.means(distances, result.mean, result.rms);
+  for (size_t i = 0; i < distances.size(); i++) {
     if (distances[i] <= result.max) continue;
     result.max = distances[i];
-    result.at = points[i];
+    result.at = at.points[i];
   }
-  if (spread_count > 0) {
-    result.mean = sum / static_cast<double>(spread_count);
-    result.rms = std::sqrt(squares / static_cast<double>(spread_count));
+  return result;
+}
+
+Result<Deviation> deviation_from(const Surface& surface, const Surface& target, int64_t samples,
+                                 int threads) {
+  if (surface.triangles.empty() || target.triangles.empty()) return Error{kNoSurface};
+  if (const MeshInfo info = mesh_info(target); !info.closed)
+    return Error{"has " + std::to_string(info.open_edges) +
+                 " open edges, so its inside is unknown; repair it first"};
+  const DistanceTree tree(target);
+  if (!tree.good()) return Error{kNoMemory};
+  const Samples at(surface, samples);
+  const std::vector<double> distances =
+      at.distances(threads, [&](const Vec3& p) { return tree.signed_distance(p); });
+  Deviation result;
+  at.means(distances, result.mean, result.rms);
+  result.of_vertices.resize(surface.vertices.size());
+  for (size_t i = 0; i < distances.size(); i++) {
+    const double d = distances[i];
+    if (i >= at.spread_count)
+      result.of_vertices[at.vertices[i - at.spread_count]] = static_cast<float>(d);
+    if (d > result.max) {
+      result.max = d;
+      result.max_at = at.points[i];
+    }
+    if (d < result.min) {
+      result.min = d;
+      result.min_at = at.points[i];
+    }
   }
   return result;
 }

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <vector>
 
 #include <kibori/base/result.h>
 #include <kibori/geometry/mesh.h>
@@ -22,9 +23,13 @@ class DistanceTree {
   bool good() const;
   // Distance from a point to the nearest triangle [mm]. Any thread.
   double distance(const Vec3& point) const;
+  // The same, negative on the side that the nearest triangle faces away from. So it is negative
+  // inside of a closed surface whose triangles face outwards. Any thread.
+  double signed_distance(const Vec3& point) const;
 
  private:
   struct State;
+  struct Search;
   std::unique_ptr<State> state_;
 };
 
@@ -37,6 +42,18 @@ struct Distance {  // [mm]
 // depend on `threads`. Errors: a surface without triangles; not enough memory.
 Result<Distance> distance_from_to(const Surface& from, const Surface& to, int64_t samples,
                                   int threads = 1);
+
+// How a surface differs from a closed one, its target [mm]. Positive: outside of the target.
+struct Deviation {
+  double max = 0, min = 0;  // the largest excess, and the deepest gouge; 0 if there is none
+  Vec3 max_at = Vec3::Zero(), min_at = Vec3::Zero();
+  double mean = 0, rms = 0;
+  std::vector<float> of_vertices;  // for each vertex of the surface; 0 if no triangle uses it
+};
+// Deviation of `surface` from `target`. Extremes and means as in distance_from_to. Errors: those of
+// distance_from_to; a target that is not closed.
+Result<Deviation> deviation_from(const Surface& surface, const Surface& target, int64_t samples,
+                                 int threads = 1);
 
 struct TwoSided {
   Distance there, back;

@@ -53,8 +53,9 @@ std::string tool_text(const MillToolUse& use) {
 std::string collision_text(const MillSummary& summary, const MillCollision& collision) {
   char text[300];
   const std::string what =
-      collision.kind == CollisionKind::rapid
-          ? "a rapid move enters material"
+      collision.kind == CollisionKind::rapid ? "a rapid move enters material"
+      : collision.kind == CollisionKind::fixture
+          ? "the tool touches a fixture"
           : "the " + std::string(name_of(collision.kind)) + " touches material";
   std::snprintf(text, sizeof text, ": %s: tool %d, %.3g mm3 near %.6g, %.6g, %.6g at %s",
                 what.c_str(), collision.tool, collision.volume_mm3, collision.place_mm.x(),
@@ -62,7 +63,79 @@ std::string collision_text(const MillSummary& summary, const MillCollision& coll
   return sanitize_message(place(summary, collision.program, collision.line) + text);
 }
 
-std::string mill_text(const MillSummary& summary) {
+std::string gouge_text(const MillSummary& summary, const DeepGouge& deep) {
+  const MillGouge& gouge = deep.gouge;
+  char text[300];
+  std::snprintf(text, sizeof text,
+                ": cuts about %.3g mm into the target: tool %d, %.3g mm3 near %.6g, %.6g, %.6g at "
+                "%s",
+                deep.depth_mm, gouge.tool, gouge.volume_mm3, gouge.place_mm.x(), gouge.place_mm.y(),
+                gouge.place_mm.z(), duration(gouge.time_s).c_str());
+  return sanitize_message(place(summary, gouge.program, gouge.line) + text);
+}
+
+namespace {
+
+std::string target_text(const MillSummary& summary, const TargetReport& target) {
+  const Deviation& d = target.deviation;
+  char line[300];
+  std::string text;
+  const auto extreme = [&](const char* what, double size, const Vec3& at) {
+    std::snprintf(line, sizeof line, "%-12s max %.4g mm", what, size);
+    text += line;
+    if (size > 0) {
+      std::snprintf(line, sizeof line, " at %.6g, %.6g, %.6g", at.x(), at.y(), at.z());
+      text += line;
+    }
+  };
+  extreme("excess", d.max, d.max_at);
+  std::snprintf(line, sizeof line, "; %.6g mm3\n", target.excess_mm3);
+  text += line;
+  extreme("missing", -d.min, d.min_at);
+  std::snprintf(line, sizeof line, "; %.6g mm3\ndeviation    mean %.4g mm, rms %.4g mm\n",
+                target.missing_mm3, d.mean, d.rms);
+  text += line;
+  std::snprintf(line, sizeof line, "gouges       %zu deeper than %.4g mm\n", target.gouges.size(),
+                target.tolerance_mm);
+  text += line;
+  const size_t shown = std::min(target.gouges.size(), kShownCollisions);
+  for (size_t i = 0; i < shown; i++) text += "  " + gouge_text(summary, target.gouges[i]) + "\n";
+  if (target.gouges.size() > shown) {
+    std::snprintf(line, sizeof line, "  and %zu more; --json lists them\n",
+                  target.gouges.size() - shown);
+    text += line;
+  }
+  return text;
+}
+
+Json target_json(const MillSummary& summary, const TargetReport& target) {
+  const auto list = [](const Vec3& v) { return Json{v.x(), v.y(), v.z()}; };
+  Json gouges = Json::array();
+  for (const auto& [gouge, depth] : target.gouges)
+    gouges.push_back({{"program", place(summary, gouge.program, 0)},
+                      {"line", gouge.line},
+                      {"tool", gouge.tool},
+                      {"time_s", gouge.time_s},
+                      {"place_mm", list(gouge.place_mm)},
+                      {"volume_mm3", gouge.volume_mm3},
+                      {"depth_mm", depth}});
+  const Deviation& d = target.deviation;
+  return {{"tolerance_mm", target.tolerance_mm},
+          {"max_excess_mm", d.max},
+          {"max_excess_at_mm", list(d.max_at)},
+          {"max_missing_mm", -d.min},
+          {"max_missing_at_mm", list(d.min_at)},
+          {"mean_mm", d.mean},
+          {"rms_mm", d.rms},
+          {"excess_mm3", target.excess_mm3},
+          {"missing_mm3", target.missing_mm3},
+          {"gouges", gouges},
+          {"more_gouges", summary.more_gouges}};
+}
+
+}  // namespace
+
+std::string mill_text(const MillSummary& summary, const TargetReport* target) {
   char line[300];
   std::string text;
   const auto add = [&](auto... values) {
@@ -84,6 +157,7 @@ std::string mill_text(const MillSummary& summary) {
   for (size_t i = 0; i < shown; i++)
     text += "  " + collision_text(summary, summary.collisions[i]) + "\n";
   if (collisions > shown) add("  and %zu more; --json lists them\n", collisions - shown);
+  if (target) text += target_text(summary, *target);
   for (const MillWarning& warning : summary.warnings)
     text += "warning      " +
             sanitize_message(place(summary, warning.program, warning.line) + ": " + warning.text) +
@@ -92,7 +166,7 @@ std::string mill_text(const MillSummary& summary) {
   return text;
 }
 
-std::string mill_json(const MillSummary& summary) {
+std::string mill_json(const MillSummary& summary, const TargetReport* target) {
   Json tools = Json::array(), collisions = Json::array(), warnings = Json::array();
   for (const MillToolUse& use : summary.tools)
     tools.push_back({{"tool", use.number},
@@ -116,22 +190,22 @@ std::string mill_json(const MillSummary& summary) {
     warnings.push_back({{"program", place(summary, warning.program, 0)},
                         {"line", warning.line},
                         {"text", warning.text}});
-  return Json{{"pitch_mm", summary.pitch_mm},
-              {"moves", summary.moves},
-              {"sweeps", summary.sweeps},
-              {"feed_mm", summary.feed_mm},
-              {"rapid_mm", summary.rapid_mm},
-              {"seconds", summary.seconds},
-              {"rapid_seconds", summary.rapid_seconds},
-              {"removed_mm3", summary.removed_mm3},
-              {"remaining_mm3", summary.remaining_mm3},
-              {"state_hash", hash_text(summary.state_hash)},
-              {"tools", tools},
-              {"collisions", collisions},
-              {"more_collisions", summary.more_collisions},
-              {"warnings", warnings}}
-             .dump(2, ' ', false, Json::error_handler_t::replace) +
-         "\n";
+  Json all{{"pitch_mm", summary.pitch_mm},
+           {"moves", summary.moves},
+           {"sweeps", summary.sweeps},
+           {"feed_mm", summary.feed_mm},
+           {"rapid_mm", summary.rapid_mm},
+           {"seconds", summary.seconds},
+           {"rapid_seconds", summary.rapid_seconds},
+           {"removed_mm3", summary.removed_mm3},
+           {"remaining_mm3", summary.remaining_mm3},
+           {"state_hash", hash_text(summary.state_hash)},
+           {"tools", tools},
+           {"collisions", collisions},
+           {"more_collisions", summary.more_collisions},
+           {"warnings", warnings}};
+  if (target) all["target"] = target_json(summary, *target);
+  return all.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 std::string mill_lines_header() {

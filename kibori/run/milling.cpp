@@ -44,17 +44,29 @@ struct Piece {
   double radius_mm = 0;
 };
 
-// The depth of the removed volume along the tool's axis, from its second moments.
-double depth_along(const CutSums& sums, const Vec3& axis, const Vec3& travel_cells) {
-  const Vec3 mean = sums.moment / sums.volume;
+// Variance of the removed volume along a direction [cells^2].
+double variance_along(const CutSums& sums, const Vec3& axis) {
   const auto& s = sums.second;
   const double second =
       s[0] * axis.x() * axis.x() + s[1] * axis.y() * axis.y() + s[2] * axis.z() * axis.z() +
       2 * (s[3] * axis.x() * axis.y() + s[4] * axis.x() * axis.z() + s[5] * axis.y() * axis.z());
-  const double along = mean.dot(axis), slope = travel_cells.dot(axis);
-  // A sloped path spreads the volume along the axis.
-  const double variance = second / sums.volume - along * along - slope * slope / 12;
-  return std::sqrt(std::max(0.0, 12 * variance));
+  const double along = sums.moment.dot(axis) / sums.volume;
+  return second / sums.volume - along * along;
+}
+// The length of an evenly filled rod of this variance.
+double length_of(double variance) { return std::sqrt(std::max(0.0, 12 * variance)); }
+
+// The depth of the removed volume along the tool's axis [cells]. A sloped path spreads it.
+double depth_along(const CutSums& sums, const Vec3& axis, const Vec3& travel_cells) {
+  const double slope = travel_cells.dot(axis);
+  return length_of(variance_along(sums, axis) - slope * slope / 12);
+}
+
+// The share of the path in which the tool cuts. A path that begins in air cuts in a part only.
+double cutting_share(const CutSums& sums, const Vec3& travel_cells) {
+  const double path = travel_cells.norm();
+  if (!(path > 0)) return 1;
+  return std::min(1.0, length_of(variance_along(sums, travel_cells / path)) / path);
 }
 
 class MillRun {
@@ -437,20 +449,67 @@ class MillRun {
   void flush() {
     if (cuts_.empty()) return;
     summary_.sweeps += static_cast<int64_t>(cuts_.size());
-    const std::vector<CutSums> sums =
-        cut_batch(model_, cuts_,
-                  {options_.threads, options_.z_only ? BatchFields::z_only : BatchFields::all});
+    const std::vector<CutSums> sums = cut_batch(model_, cuts_, batch_options());
     for (size_t i = 0; i < sums.size(); i++) account(pieces_[i], sums[i]);
+    if (options_.fixtures) meet_fixtures();
+    if (options_.target) cut_target();
     cuts_.clear();
     pieces_.clear();
   }
 
+  // No part of the tool may touch a fixture, whether it feeds or not.
+  void meet_fixtures() {
+    for (BatchCut& cut : cuts_) cut.writes = cut.chip = false;
+    const auto sums = cut_batch(*options_.fixtures, cuts_, batch_options());
+    for (size_t i = 0; i < sums.size(); i++)
+      if (more_than_grazing(pieces_[i], sums[i]))
+        collide(pieces_[i], CollisionKind::fixture, mm3(sums[i]));
+  }
+
+  void cut_target() {
+    for (size_t i = 0; i < cuts_.size(); i++) {
+      cuts_[i].writes = pieces_[i].kind != Piece::Kind::body;
+      cuts_[i].chip = false;
+    }
+    const auto sums = cut_batch(*options_.target, cuts_, batch_options());
+    for (size_t i = 0; i < sums.size(); i++)
+      if (cuts_[i].writes && more_than_grazing(pieces_[i], sums[i])) gouge(cuts_[i], i, sums[i]);
+  }
+
+  void gouge(const BatchCut& cut, size_t i, const CutSums& sums) {
+    const Piece& piece = pieces_[i];
+    const double volume = mm3(sums);
+    const Vec3 middle =
+        lattice_.to_mm(LatticePoint{cut.reference.units + sums.moment / sums.volume});
+    auto& all = summary_.gouges;
+    if (!all.empty() && all.back().line == piece.line && all.back().program == piece.program) {
+      MillGouge& last = all.back();
+      last.place_mm =
+          (last.volume_mm3 * last.place_mm + volume * middle) / (last.volume_mm3 + volume);
+      last.volume_mm3 += volume;
+    } else if (all.size() < kMaxGouges) {
+      all.push_back({piece.program, piece.line, uses_[static_cast<size_t>(piece.tool_index)].number,
+                     piece.time_s, middle, volume});
+    } else {
+      summary_.more_gouges++;
+    }
+  }
+
+  BatchOptions batch_options() const {
+    return {options_.threads, options_.z_only ? BatchFields::z_only : BatchFields::all};
+  }
+  double mm3(const CutSums& sums) const {
+    return sums.volume * lattice_.pitch_mm * lattice_.pitch_mm * lattice_.pitch_mm;
+  }
+  bool more_than_grazing(const Piece& piece, const CutSums& sums) const {
+    const double path = (piece.travel_mm.norm() + 2 * piece.radius_mm) / lattice_.pitch_mm;
+    return sums.volume > kGrazingVolume + kGrazing * path;
+  }
+
   void account(const Piece& piece, const CutSums& sums) {
-    const double cell = lattice_.pitch_mm * lattice_.pitch_mm * lattice_.pitch_mm;
-    const double volume = sums.volume * cell;
+    const double volume = mm3(sums);
     if (piece.kind != Piece::Kind::feed) {
-      const double path = (piece.travel_mm.norm() + 2 * piece.radius_mm) / lattice_.pitch_mm;
-      if (sums.volume > kGrazingVolume + kGrazing * path) collide(piece, volume);
+      if (more_than_grazing(piece, sums)) collide(piece, piece.collision, volume);
       if (piece.kind == Piece::Kind::body) return;
     }
     MillToolUse& use = uses_[static_cast<size_t>(piece.tool_index)];
@@ -471,10 +530,11 @@ class MillRun {
     const double path = piece.travel_mm.norm();
     const Vec3 axis = piece.start.axis();
     const CutterDrive drive{2 * piece.radius_mm, tool.teeth, piece.rpm};
-    const CutPiece cut{
-        volume, path, piece.seconds,
-        lattice_.pitch_mm * depth_along(sums, axis, piece.travel_mm / lattice_.pitch_mm),
-        std::abs(piece.travel_mm.dot(axis)) > kPlunge * path};
+    const Vec3 travel = piece.travel_mm / lattice_.pitch_mm;
+    const double share = cutting_share(sums, travel);
+    const CutPiece cut{volume, share * path, share * piece.seconds,
+                       lattice_.pitch_mm * depth_along(sums, axis, share * travel),
+                       std::abs(piece.travel_mm.dot(axis)) > kPlunge * path};
     const Engagement engagement = engagement_of(cut, drive);
     if (engagement.section_mm2 > result_.engagement.section_mm2) result_.engagement = engagement;
     use.max_chip_mm = std::max(use.max_chip_mm, engagement.chip_mm);
@@ -493,11 +553,11 @@ class MillRun {
     result_ = {};
   }
 
-  void collide(const Piece& piece, double volume) {
+  void collide(const Piece& piece, CollisionKind kind, double volume) {
     std::vector<MillCollision>& all = summary_.collisions;
     if (!all.empty())
       for (auto last = all.rbegin(); last != all.rend() && last->line == piece.line; ++last)
-        if (last->kind == piece.collision && last->program == piece.program) {
+        if (last->kind == kind && last->program == piece.program) {
           last->volume_mm3 += volume;
           return;
         }
@@ -505,7 +565,7 @@ class MillRun {
       summary_.more_collisions++;
       return;
     }
-    all.push_back({piece.collision, piece.program, piece.line,
+    all.push_back({kind, piece.program, piece.line,
                    uses_[static_cast<size_t>(piece.tool_index)].number, piece.time_s,
                    piece.start.tip + piece.travel_mm, volume});
   }

@@ -33,17 +33,21 @@ struct MillStockOptions {
   double pitch_mm = 0.5;
   uint8_t material = 0;
   int threads = 1;
+  // The lattice holds this box, too [mm]: of fixtures and of the target.
+  std::optional<Box> holds;
   std::function<void(const std::string&)> warning;  // one sentence per call
 };
 
-// Makes the model of a stock. A document keeps its own pitch. Errors: those of make_lattice,
-// check_memory and of reading the file.
+// Makes the model of a stock. A document keeps its own lattice. Errors: those of make_lattice,
+// check_memory and of reading the file; a document whose lattice does not hold `holds`.
 Result<std::unique_ptr<TriDexel>> make_mill_stock(const MillStock& stock,
                                                   const MillStockOptions& options);
 
-// The kind of a collision: what touched the part.
-enum class CollisionKind { rapid, neck, shank, holder };
-constexpr Names<4> names_of(CollisionKind) { return {"rapid", "neck", "shank", "holder"}; }
+// The kind of a collision: a rapid move or a part of the tool in material, or a touched fixture.
+enum class CollisionKind { rapid, neck, shank, holder, fixture };
+constexpr Names<5> names_of(CollisionKind) {
+  return {"rapid", "neck", "shank", "holder", "fixture"};
+}
 
 // Pieces of one line with the same kind are one collision.
 struct MillCollision {
@@ -53,6 +57,15 @@ struct MillCollision {
   double time_s = 0;             // since the start, of the first piece
   Vec3 place_mm = Vec3::Zero();  // of the tip, at the end of the first piece
   double volume_mm3 = 0;         // of the material that it met
+};
+
+// What a line removes from the target.
+struct MillGouge {
+  size_t program = 0;  // index
+  int line = 0, tool = 0;
+  double time_s = 0;             // since the start, of the first sweep
+  Vec3 place_mm = Vec3::Zero();  // middle of what is removed
+  double volume_mm3 = 0;
 };
 
 // Result of one line of a program.
@@ -86,12 +99,17 @@ struct MillSummary {
   std::vector<MillToolUse> tools;
   std::vector<MillCollision> collisions;
   int64_t more_collisions = 0;  // beyond kMaxCollisions
+  // Lines that remove material of the target, in order. Lines that follow its surface remove a
+  // little of it by rounding, too: milling_target.h sorts them out.
+  std::vector<MillGouge> gouges;
+  int64_t more_gouges = 0;  // beyond kMaxGouges
   std::vector<MillWarning> warnings;
   uint64_t state_hash = 0;
 };
 
 // Maximum number of collisions that a summary lists.
 inline constexpr size_t kMaxCollisions = 1000;
+inline constexpr size_t kMaxGouges = 100000;
 
 struct MillOptions {
   ToolTable tools;
@@ -102,6 +120,10 @@ struct MillOptions {
   // For forces. Its chip law is used with the mean of its directions.
   Material material;
   bool forces = false;  // compute engagement and forces
+  // Models on the lattice of the stock; null: none. No part of the tool may touch the fixtures.
+  // What the programs remove from the target is a gouge. It holds the rest afterwards.
+  TriDexel* fixtures = nullptr;
+  TriDexel* target = nullptr;
   // Called for each line that moves, in order; null: no call. Needs no memory for long programs.
   std::function<void(const MillLine&)> line;
   // Called at each tool change and at the end, with the tool that has worked until then. The model

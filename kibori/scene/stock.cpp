@@ -37,20 +37,25 @@ Result<MeshStock> stock_of_mesh(const TriangleMesh& mesh, double pitch_mm, doubl
   const Box box = mesh.bounds();
   Result<Lattice> lattice = make_lattice(box.size(), pitch_mm, room_mm);
   if (!lattice) return Error{lattice.error()};
-  Lattice placed = lattice.value();
-  placed.origin_mm += box.min;
+  lattice.value().origin_mm += box.min;
+  return stock_of_mesh(mesh, lattice.value(), material, threads, force);
+}
+
+Result<MeshStock> stock_of_mesh(const TriangleMesh& mesh, const Lattice& lattice, uint8_t material,
+                                int threads, bool force) {
+  const Box box = mesh.bounds();
   const double farthest = std::max(box.min.cwiseAbs().maxCoeff(), box.max.cwiseAbs().maxCoeff());
-  if (farthest > kMaxFromOrigin * pitch_mm) {
+  if (farthest > kMaxFromOrigin * lattice.pitch_mm) {
     char text[200];
     std::snprintf(
         text, sizeof text,
         "reaches %.4g mm from the origin, and at pitch %g mm the limit is %.4g mm; move it nearer "
         "to the origin or use a coarser pitch",
-        farthest, pitch_mm, kMaxFromOrigin * pitch_mm);
+        farthest, lattice.pitch_mm, kMaxFromOrigin * lattice.pitch_mm);
     return Error{text};
   }
-  if (const Status fits = check_memory(placed, true); !fits) return Error{fits.error()};
-  MeshStock stock{std::make_unique<TriDexel>(placed), {}, {}};
+  if (const Status fits = check_memory(lattice, true); !fits) return Error{fits.error()};
+  MeshStock stock{std::make_unique<TriDexel>(lattice), {}, {}};
   TriangleMesh sound;
   if (std::optional<MeshRepair> repair = repair_mesh(mesh)) {
     stock.repairs = repair->warning();

@@ -112,6 +112,9 @@ struct MeshStock {
 // it. Errors: those of make_lattice, check_memory and scan_convert.
 Result<MeshStock> stock_of_mesh(const TriangleMesh& mesh, double pitch_mm, double room_mm,
                                 uint8_t material, int threads, bool force);
+// The same on a lattice that holds the mesh.
+Result<MeshStock> stock_of_mesh(const TriangleMesh& mesh, const Lattice& lattice, uint8_t material,
+                                int threads, bool force);
 
 // Makes a model of a labelled volume, with its lower corner at the origin. `materials` gives the
 // material of each label. It must contain all labels of the volume and must not be empty. Errors:

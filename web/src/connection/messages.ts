@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Made by tools/make_protocol.py from protocol/messages.json: change that.
+// Made by tools/make_protocol.py from protocol/messages.json; edit that file.
 import type { Vec3 } from "../base/vec3";
 import type { Mode, Model, Tool } from "./kinds";
 import { Reader, Writer } from "./wire";
@@ -194,7 +194,7 @@ export const write = {
   ShowFaults: (m: ShowFaults) => new Writer(46).u8(m.shown).f64(m.wall).f64(m.overhang).done(),
 };
 
-/** What the studio may say. */
+/** The messages that the studio may send. */
 export type FromStudio =
   | { kind: "Welcome"; message: Welcome }
   | { kind: "Chunks"; message: Chunks }
@@ -218,7 +218,7 @@ export type FromStudio =
   | { kind: "Fonts"; message: Fonts }
   | { kind: "PrintFaults"; message: PrintFaults };
 
-/** Throws where it is none of them, or too short or long. */
+/** Throws if the data is not one of these messages, or has the wrong length. */
 export function read(data: ArrayBuffer): FromStudio {
   const r = new Reader(data);
   const kind = r.u8();
@@ -266,6 +266,6 @@ export function read(data: ArrayBuffer): FromStudio {
     case 84:
       return r.end({ kind: "PrintFaults", message: { overhang: r.f64(), thin: r.f64(), area: r.f64(), thinnest: r.f64(), pieces: r.u32() } });
     default:
-      throw new Error(`a message of kind ${kind}, which is none`);
+      throw new Error(`unknown kind ${kind} of message`);
   }
 }
