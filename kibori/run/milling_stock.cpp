@@ -13,13 +13,17 @@ namespace {
 
 using Made = Result<std::unique_ptr<TriDexel>>;
 
+// A box that reaches beyond a cell by less than this holds as within it [cells].
+constexpr double kRounding = 1e-6;
+
 // Extends a lattice by whole cells, so that it holds the box with a cell of room.
 Status extend(Lattice& lattice, const std::optional<Box>& box) {
   if (!box) return Ok{};
   const Box at = lattice.to_lattice(*box).units;
   for (int axis = 0; axis < 3; axis++) {
-    const double below = std::max(0.0, std::ceil(1 - at.min[axis]));
-    const double above = std::max(0.0, std::ceil(at.max[axis] + 1 - lattice.nodes[axis]));
+    const double below = std::max(0.0, std::ceil(1 - at.min[axis] - kRounding));
+    const double above =
+        std::max(0.0, std::ceil(at.max[axis] + 1 - lattice.nodes[axis] - kRounding));
     const double nodes = lattice.nodes[axis] + below + above;
     if (!(nodes <= kMaxNodesPerAxis)) {
       char text[200];
