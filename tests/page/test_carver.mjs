@@ -146,6 +146,22 @@ async function guidedStrokes() {
   for (const x of [-90, -30, 30, 90])
     check(`the line is straight at ${x}`, (await depth(x, 0)) > 1.8 && (await depth(x, 22)) < 0.05);
   await show(page, "guide-line");
+  // The second side of a frame begins on the wall of the first one's end. It is just as straight.
+  const corner = await state(page);
+  await go([
+    [138, 3],
+    [140, 40],
+    [143, 75],
+    [141, 110],
+  ]);
+  for (const y of [30, 60, 90])
+    check(
+      `the second side is straight at ${y}`,
+      (await depth(138, y)) > 1.5 && (await depth(129, y)) < 0.05 && (await depth(147, y)) < 0.05,
+    );
+  await show(page, "guide-frame");
+  await page.keyboard.press("Control+z");
+  await until(page, "one undone", (s) => s.hash === corner.hash);
   await undone();
 
   // A circle about the middle.

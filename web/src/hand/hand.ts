@@ -845,7 +845,11 @@ export class Hand {
       if (event.shiftKey) this.chooseBrush(SHIFT_WIDTH * this.radius(), 1);
       else if (this.brush) this.chooseBrush();
     } else if (negative) this.chooseBrush(this.radius(), -this.brushStrength());
-    this.axis = this.axisAt(follows ? hit : at, event);
+    // A groove in which a guided stroke begins must not tilt the plane of its line or circle.
+    this.axis = this.axisAt(
+      follows ? hit : this.guide.plane ? this.view.around(at, 2 * this.radius() + 1) : at,
+      event,
+    );
     this.aimed = this.tipAt(at, this.pressed(event));
     this.there = true;
     this.guide.press(at);

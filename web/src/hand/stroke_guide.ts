@@ -90,6 +90,10 @@ export class StrokeGuide {
       lift: deep + ABOVE,
     };
   }
+  /** Whether strokes are guided in a plane, that of a line or a circle. */
+  get plane(): boolean {
+    return !this.held.brush && ["line", "circle"].includes(select("guide").value);
+  }
   private get kind(): number {
     return GUIDES.indexOf(select("guide").value);
   }

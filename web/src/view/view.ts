@@ -21,6 +21,9 @@ import { Wood, type Matcap, type Shading } from "./wood";
  * reach.
  */
 const FILL = 0.9;
+/** Number of positions on each of two rings around a position, and the cosine of 15 degrees. */
+const AROUND = 12,
+  ALIKE = 0.966;
 const HOME = new THREE.Vector3(-0.55, -1, 0.75);
 
 export class View {
@@ -141,6 +144,30 @@ export class View {
    */
   hit(x: number, y: number, began = true, body = this.solid.active): Hit | null {
     return this.solid.hit(this.cameras.rayAt(x, y), this.painter.shades.section, began, body);
+  }
+  /**
+   * The position with the normal of the surface around it: the normal that most of the positions up
+   * to two `radius` [mm] away share. A groove at the position itself does not count.
+   */
+  around(at: Hit, radius: number): Hit {
+    const side = new THREE.Vector3(0, 0, 1).cross(this.cameras.towardsEye(at.point));
+    if (side.lengthSq() < 1e-6) side.set(1, 0, 0);
+    const middle = this.cameras.onScreen(at.point.toArray() as Vec3),
+      away = this.cameras.onScreen(
+        at.point.clone().addScaledVector(side.normalize(), radius).toArray() as Vec3,
+      ),
+      size = Math.hypot(away.x - middle.x, away.y - middle.y);
+    const normals = [at.normal];
+    for (let i = 0; i < 2 * AROUND; i++) {
+      const angle = (2 * Math.PI * i) / AROUND,
+        ring = (i < AROUND ? 1 : 2) * size;
+      const hit = this.hit(middle.x + ring * Math.cos(angle), middle.y + ring * Math.sin(angle));
+      if (hit && hit.point.distanceTo(at.point) < 4 * radius) normals.push(hit.normal);
+    }
+    const like = normals.map((one) => normals.filter((other) => one.dot(other) > ALIKE));
+    const most = like.reduce((best, group) => (group.length > best.length ? group : best));
+    const normal = most.reduce((sum, one) => sum.add(one), new THREE.Vector3()).normalize();
+    return { ...at, normal };
   }
   /** The body that a point of the window shows. Null: none. */
   bodyAt(x: number, y: number): number | null {
