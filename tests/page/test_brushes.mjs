@@ -25,6 +25,7 @@ import {
   until,
   verified,
   inPopover,
+  lookBy,
 } from "./harness.mjs";
 
 const SIZE = { width: 1280, height: 800 };
@@ -116,6 +117,33 @@ async function everyBrush() {
   await until(page, "undone", (s) => s.hash !== before.hash && !/^0*$/.test(s.hash));
   await page.keyboard.press("Control+y");
   await until(page, "redone", (s) => s.hash === before.hash);
+  await page.keyboard.press("Control+o");
+  await started(page);
+  check("the command line carves the same", verified());
+  await studio.end();
+}
+
+/** On a surface that faces the eye, to the right enlarges and to the left shrinks. */
+async function scaleFromAbove() {
+  const studio = await Studio.start();
+  const page = await open(SIZE);
+  await enter(page, studio.url);
+  await begun(page, "limewood");
+  await lookBy(page, "7");
+  const middle = await page.evaluate(() => window.kibori.onScreen(window.kibori.middle()));
+  await stroke(page, { x: middle.x - 80, y: middle.y }, { x: middle.x + 80, y: middle.y });
+  let last = await after(page, "0");
+  await pick(page, "scale");
+  for (const [way, sign] of [
+    [50, -1],
+    [-50, 1],
+  ]) {
+    await stroke(page, middle, { x: middle.x + way, y: middle.y });
+    const now = await after(page, last.step);
+    const change = Number(now.volume) - Number(last.volume);
+    check(`${way} pixels change the groove's volume (${change})`, sign * change > 2);
+    last = now;
+  }
   await page.keyboard.press("Control+o");
   await started(page);
   check("the command line carves the same", verified());
@@ -306,5 +334,5 @@ async function fastCircle() {
 
 // fastCircle keeps the machine busy and takes minutes: KIBORI_PART=fastCircle. BrushPath.* checks the
 // same without a browser.
-const parts = [everyBrush, clayAndImages, onTheWheel];
+const parts = [everyBrush, scaleFromAbove, clayAndImages, onTheWheel];
 await run(process.env.KIBORI_PART === "fastCircle" ? [fastCircle] : parts);

@@ -654,7 +654,8 @@ export const TEXTS = {
   brush_pinch: "Pinch",
   brush_pinch_about: "Draws the surface together",
   brush_scale: "Scale",
-  brush_scale_about: "Scales the surface: larger away from the wood, smaller into it",
+  brush_scale_about:
+    "Scales the surface: drag out of the wood or to the right to enlarge it, the other way to shrink it",
   brush_node: "Node",
   brush_node_about: "Moves one point of the surface: a pyramid",
   brush_paint: "Paint",

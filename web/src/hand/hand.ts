@@ -90,8 +90,8 @@ export class Hand {
     mode: Mode;
     /** Whether a key inverts the brush by a negative strength. */
     negative: boolean;
-    /** Where a brush that drags or turns began: the pointer's x and the tool's rotation. */
-    from: { x: number; turn: number };
+    /** Where a brush that turns or scales began: the pointer's place and the tool's rotation. */
+    from: { x: number; y: number; turn: number };
     /** Time of the newest event that was used [ms]. */
     time: number;
   } | null = null;
@@ -700,6 +700,26 @@ export class Hand {
     );
   }
 
+  /**
+   * Where the tip is during a stroke that scales: above the press or below it, on the tool's axis.
+   * Where the axis points to the eye, the way to the right and up counts.
+   */
+  private scaledTo(x: number, y: number): Hit {
+    const { last, from } = this.stroke!,
+      { cameras } = this.view;
+    const shown = cameras.onScreen(last.point.toArray() as Vec3),
+      tip = cameras.onScreen(last.point.clone().add(this.axis).toArray() as Vec3),
+      pixel = cameras.perPixel(last.point);
+    const size = Math.hypot(tip.x - shown.x, tip.y - shown.y);
+    // At half its length or less the axis has no direction that a hand could follow.
+    const out =
+      size * pixel < 0.5
+        ? { x: Math.SQRT1_2, y: -Math.SQRT1_2 }
+        : { x: (tip.x - shown.x) / size, y: (tip.y - shown.y) / size };
+    const way = (x - from.x) * out.x + (y - from.y) * out.y;
+    return { ...last, point: last.point.clone().addScaledVector(this.axis, way * pixel) };
+  }
+
   /** The tool's axis at this position. It points away from the wood. */
   private axisAt(hit: Hit, event: PointerEvent): THREE.Vector3 {
     const how = select("axis").value;
@@ -835,7 +855,11 @@ export class Hand {
       plane,
       mode,
       negative,
-      from: { x: event.clientX, turn: (Number(input("turn-by").value) * Math.PI) / 180 },
+      from: {
+        x: event.clientX,
+        y: event.clientY,
+        turn: (Number(input("turn-by").value) * Math.PI) / 180,
+      },
       time: event.timeStamp,
     };
     if (mode === "turn") this.view.showWheel(true, true);
@@ -921,6 +945,7 @@ export class Hand {
       this.send(write.ChooseTurn({ turn }));
       return this.aim(stroke.last, 0, event.timeStamp);
     }
+    if (follows === "scales") return this.aim(this.scaledTo(x, y), 0, event.timeStamp);
     let at: Hit | null;
     if (stroke.plane) {
       at = this.onPlane(x, y, stroke.plane);

@@ -13,10 +13,11 @@ interface Row {
   strength: number;
   /**
    * `drags`: the surface under the press follows the pointer in the plane across the view. `turns`:
-   * the surface turns as the pointer moves to the right. The other brushes act along the pointer's
-   * path.
+   * the surface turns as the pointer moves to the right. `scales`: the surface grows as the pointer
+   * moves out of the wood, or to the right and up where the surface faces the eye. The other brushes
+   * act along the pointer's path.
    */
-  follows?: "drags" | "turns";
+  follows?: "drags" | "turns" | "scales";
   /** Whether the brush can keep the volume. */
   keeps?: boolean;
   /** The default key. */
@@ -127,7 +128,7 @@ export const BRUSHES: Partial<Record<Mode, Row>> = {
     about: t("brush_scale_about"),
     icon: '<path d="M4 14v6h6M4 20l7-7M20 10V4h-6M20 4l-7 7" />',
     strength: 1,
-    follows: "drags",
+    follows: "scales",
     key: "q",
   },
   node: {

@@ -150,13 +150,8 @@ export class View {
    * to two `radius` [mm] away share. A groove at the position itself does not count.
    */
   around(at: Hit, radius: number): Hit {
-    const side = new THREE.Vector3(0, 0, 1).cross(this.cameras.towardsEye(at.point));
-    if (side.lengthSq() < 1e-6) side.set(1, 0, 0);
     const middle = this.cameras.onScreen(at.point.toArray() as Vec3),
-      away = this.cameras.onScreen(
-        at.point.clone().addScaledVector(side.normalize(), radius).toArray() as Vec3,
-      ),
-      size = Math.hypot(away.x - middle.x, away.y - middle.y);
+      size = radius / this.cameras.perPixel(at.point);
     const normals = [at.normal];
     for (let i = 0; i < 2 * AROUND; i++) {
       const angle = (2 * Math.PI * i) / AROUND,
