@@ -378,6 +378,44 @@ TEST(Warp, ANodeIsAPyramid) {
   }
 }
 
+// On a ball, on an edge, and dragged far to the side: no slit between the pyramid and the surface.
+TEST(Warp, ANodeLeavesNoSlit) {
+  // Rays through the base that meet more than one span.
+  const auto gaps = [](const TriDexel& model) {
+    int count = 0;
+    const Snapshot now = model.snapshot();
+    for (int v = 37; v < 59; v++)
+      for (int u = 37; u < 59; u++) {
+        int spans = 0;
+        now.field(Axis::z).for_spans(u, v, [&](const Span&) { spans++; });
+        count += spans > 1;
+      }
+    return count;
+  };
+  for (const bool hollow : {false, true})
+    for (const double d : {8.0, 2.0})
+      for (const Vec3& along : {Vec3(0, 0, 1), Vec3(0.6, 0, 0.8), Vec3(1, 0.3, 0.05)}) {
+        // A ball, or a block with a hollow of a ball.
+        TriDexel model = hollow ? block(96, {8, 8, 4}, {88, 88, 60}) : TriDexel(cube(96));
+        const Vec3 middle = hollow ? Vec3(48, 48, 80) : Vec3(48, 48, 40);
+        Removed removed;
+        if (hollow)
+          cut(model, SweptBall(LatticePoint{middle}, {}, 30), {}, removed);
+        else
+          add(model, SweptBall(LatticePoint{middle}, {}, 30));
+        const Vec3 top = middle + Vec3(0, 0, hollow ? -30 : 30);
+        for (const double sign : {1.0, -1.0}) {
+          TriDexel own(model.snapshot(), model.material_bounds());
+          Warp of(own);
+          Drag drag = drag_of(top, d * along);
+          drag.displacement.z() *= sign;
+          warp(of, WarpVerb::node, brush_of(12), drag);
+          EXPECT_EQ(gaps(own), 0) << hollow << " " << sign << " " << (d * along).transpose();
+          EXPECT_EQ(test::broken(extract_surface(own.snapshot())), "");
+        }
+      }
+}
+
 // One Warp for many strokes, large and small; a hand far outside ends soon.
 TEST(Warp, ServesStrokeAfterStroke) {
   TriDexel model = block(64, {8, 8, 4}, {56, 56, 30});

@@ -755,12 +755,65 @@ Reshaped Warp::write() {
 }
 
 // A pyramid over a square with sides of two radii on the surface, with its apex at the hand.
+// How far the surface is behind the base of a node's pyramid, at most [cells]. A curved surface
+// leaves the base's corners. `into`: 1 to look for material, -1 to look for air. Beyond an edge
+// there is no surface within reach.
+double Warp::depth_below_base(double radius, const Drag& drag, const Mat3& frame, bool into) const {
+  constexpr double kStep = 0.5;
+  const FieldSnapshot& z = base_->field(Axis::z);
+  double deepest = 0;
+  for (int i = -2; i <= 2; i++)
+    for (int j = -2; j <= 2; j++)
+      for (double depth = 0; depth <= radius; depth += kStep) {
+        const Vec3 local(0.5 * i * radius, 0.5 * j * radius, -depth);
+        const Vec3 at = drag.centre + frame * local;
+        if (z.holds(at.array().floor().cast<int>()) != into) continue;
+        deepest = std::max(deepest, depth);
+        break;
+      }
+  // A flat surface is found in the first step.
+  return deepest > kStep ? std::min(deepest + kStep, radius) : 0;
+}
+
+// The material of the base that is nearest to a point along z.
+uint8_t Warp::material_at(const Vec3& point) const {
+  const FieldSnapshot& z = base_->field(Axis::z);
+  const auto i = static_cast<int>(std::floor(point.x())),
+             j = static_cast<int>(std::floor(point.y()));
+  if (i < 0 || j < 0 || i >= z.nodes_u() || j >= z.nodes_v()) return 0;
+  uint8_t material = 0;
+  double nearest = kFar;
+  z.for_spans(i, j, [&](const Span& span) {
+    const double off = std::max({0.0, double{span.in} - point.z(), point.z() - double{span.out}});
+    if (off >= nearest) return;
+    nearest = off;
+    material = span.material;
+  });
+  return material;
+}
+
+static ConvexBody block_below(double radius, double depth) {
+  ConvexBody block;
+  block.add_plane(-Vec3::UnitZ(), 0);
+  block.add_plane(Vec3::UnitZ(), depth);
+  for (int i = 0; i < 2; i++)
+    for (const double sign : {-1.0, 1.0}) {
+      Vec3 normal = Vec3::Zero();
+      normal[i] = -sign;
+      block.add_plane(normal, radius);
+    }
+  block.local_bounds = Box{Vec3(-radius, -radius, -depth), Vec3(radius, radius, 0)}.grown(1e-3);
+  return block;
+}
+
 Reshaped Warp::put_node(double radius, const Drag& drag) {
   const double height = drag.displacement.dot(drag.normal);
   if (!(std::fabs(height) > 1e-6)) return {};
   const double side = height > 0 ? 1 : -1;
   const Mat3 frame = frame_from_axis(side * drag.normal);
-  const Vec3 apex = frame.transpose() * drag.displacement;  // above the base, in its frame
+  Vec3 apex = frame.transpose() * drag.displacement;  // above the base, in its frame
+  // An apex that is far to the side would leave a slit between the pyramid and the surface.
+  for (int i = 0; i < 2; i++) apex[i] = std::clamp(apex[i], -radius - apex.z(), radius + apex.z());
   ConvexBody body;
   // Slightly below the surface, so that it is connected with the material. It is not so deep that
   // flat faces spread there.
@@ -780,29 +833,20 @@ Reshaped Warp::put_node(double radius, const Drag& drag) {
       body.local_bounds.include(Vec3(apex + (Vec3(x, y, 0) - apex) * (1 + below / apex.z())));
   body.local_bounds.include(apex);
   body.local_bounds = body.local_bounds.grown(1e-3);
-  const SweptConvex pyramid(body, LatticePoint{drag.centre}, frame, LatticeVector{});
   Removed removed;
   Reshaped result;
-  if (side > 0) {
-    uint8_t material = 0;
-    const FieldSnapshot& z = base_->field(Axis::z);
-    const auto i = static_cast<int>(std::floor(drag.centre.x())),
-               j = static_cast<int>(std::floor(drag.centre.y()));
-    const Index3 nodes = model_.lattice().nodes;
-    double nearest = kFar;
-    if (i >= 0 && j >= 0 && i < nodes[0] && j < nodes[1])
-      z.for_spans(i, j, [&](const Span& span) {
-        const double off =
-            std::max({0.0, double{span.in} - drag.centre.z(), drag.centre.z() - double{span.out}});
-        if (off < nearest) {
-          nearest = off;
-          material = span.material;
-        }
-      });
-    deposit(model_, pyramid, material, {}, removed);
-  } else {
-    cut(model_, pyramid, {}, removed);
-  }
+  const uint8_t material = side > 0 ? material_at(drag.centre) : uint8_t{0};
+  const auto apply = [&](const ConvexBody& shape) {
+    const SweptConvex solid(shape, LatticePoint{drag.centre}, frame, LatticeVector{});
+    if (side > 0)
+      deposit(model_, solid, material, {}, removed);
+    else
+      cut(model_, solid, {}, removed);
+  };
+  apply(body);
+  // Where the surface is curved, a block closes the gap below the base.
+  if (const double gap = depth_below_base(radius, drag, frame, side > 0); gap > below)
+    apply(block_below(radius, gap));
   result.clipped = removed.clipped;
   const double pitch = model_.lattice().pitch_mm;
   (side > 0 ? result.added_mm3 : result.removed_mm3) = removed.volume() * pitch * pitch * pitch;

@@ -82,6 +82,8 @@ class Warp {
   void decide_nodes();
   void decide_nodes_of_row(int j, std::vector<uint32_t>& flagged);
   Reshaped write();
+  double depth_below_base(double radius, const Drag& drag, const Mat3& frame, bool into) const;
+  uint8_t material_at(const Vec3& point) const;
   Reshaped put_node(double radius, const Drag& drag);
 
   TriDexel& model_;
