@@ -2,7 +2,7 @@
 // Mutated mesh files through the helper program. read_mesh must answer with a sound mesh or with
 // one sentence, in time. A crash of the helper is a finding.
 //
-//   fuzz_foreign SECONDS CORPUS_FOLDER     (CORPUS_FOLDER/obj, ply, off, glb, 3mf)
+//   fuzz_foreign SECONDS CORPUS_FOLDER     (CORPUS_FOLDER/obj and so on, by kMeshFormats)
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -17,6 +17,7 @@
 
 #include <kibori/base/file.h>
 #include <kibori/formats/mesh_file.h>
+#include <kibori/formats/mesh_format.h>
 
 using namespace kibori;
 
@@ -88,12 +89,15 @@ int main(int argc, char** argv) {
   std::printf("seed %u\n", seed);
   Mutator mutate(seed);
   std::vector<std::pair<std::string, std::string>> corpus;  // ending, bytes
-  for (const char* ending : {"obj", "ply", "off", "glb", "3mf"})
+  for (const MeshFormat& format : kMeshFormats) {
+    if (format.ending == ".stl") continue;  // this process reads it, not the helper
+    const std::string ending(format.ending.substr(1));
     for (const auto& entry :
          std::filesystem::directory_iterator(std::filesystem::path(argv[2]) / ending)) {
       const auto bytes = read_file(entry.path()).value();
       corpus.emplace_back(ending, std::string(bytes.begin(), bytes.end()));
     }
+  }
   if (corpus.empty()) return std::fprintf(stderr, "no corpus in %s\n", argv[2]), 2;
   const auto folder =
       std::filesystem::temp_directory_path() / ("kibori-fuzz-" + std::to_string(getpid()));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // libFuzzer on a reader of our own, chosen when compiling by KIBORI_FUZZ_<READER>. A finding
-// is anything except a result or an error of one sentence.
+// is anything except a result or an error of one sentence. Each folder of
+// fuzz/corpus has a branch at the end of this file.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -158,6 +159,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   document(bytes);
 #elif defined(KIBORI_FUZZ_CELL)
   cell(data, size);
+#else
+#error "a folder of fuzz/corpus has no reader here"
 #endif
   return 0;
 }

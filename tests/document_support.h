@@ -18,6 +18,7 @@
 #include <kibori/motion/direct_tool.h>
 
 #include "tests/every_tool.h"
+#include "tests/modes.h"
 #include "tests/support.h"
 
 namespace kibori::test {
@@ -52,8 +53,7 @@ inline StrokeSettings some_settings(Random& random) {
   s.tool = random_tool(random, {1, 5, 9, 20});
   s.mode = random.integer(0, 3) == 0 ? Mode::deposit : Mode::cut;
   if (random.integer(0, 3) == 0) {
-    s.mode = static_cast<Mode>(
-        random.integer(static_cast<int>(Mode::smooth), static_cast<int>(Mode::turn)));
+    s.mode = random_reshaping_mode(random);
     s.brush = {random.uniform(1, 6),
                random.uniform(0, 1),
                static_cast<Falloff>(random.integer(0, 2)),

@@ -262,11 +262,11 @@ inline bool has_numbers(size_t shape) {
   return has;
 }
 
-// Of any shape that has numbers.
-Tool random_tool(auto& random, const ToolSizes& sizes) {
+// Of any shape that has numbers. `shapes`: only the first shapes, as many as there were when a seed
+// was noted.
+Tool random_tool(auto& random, const ToolSizes& sizes, size_t shapes = kToolShapes.size()) {
   for (;;) {
-    const auto shape =
-        static_cast<size_t>(random.integer(0, static_cast<int>(kToolShapes.size()) - 1));
+    const auto shape = static_cast<size_t>(random.integer(0, static_cast<int>(shapes) - 1));
     if (has_numbers(shape)) return random_tool(shape, random, sizes);
   }
 }

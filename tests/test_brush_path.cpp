@@ -18,6 +18,7 @@
 
 #include "tests/document_support.h"
 #include "tests/live_rig.h"
+#include "tests/modes.h"
 #include "tests/support.h"
 
 namespace kibori {
@@ -268,8 +269,8 @@ std::vector<Vec3> recorded_path(const Document& document, StepId step) {
 
 // Every mode whose result depends on the path: a worker that is far behind makes the same model.
 TEST(BrushPath, SlowDabsMakeTheSameModel) {
-  for (const Mode mode : {Mode::crease, Mode::smooth, Mode::rasp, Mode::fill, Mode::inflate,
-                          Mode::flatten, Mode::paint, Mode::press, Mode::throw_clay, Mode::turn}) {
+  for (const Mode mode : test::reshaping_modes()) {
+    if (warps(mode)) continue;
     LiveSettings settings = brush_settings(mode);
     const auto pause = std::chrono::milliseconds(mode == Mode::crease ? 200 : 20);
     settings.after_dab = [pause] { std::this_thread::sleep_for(pause); };

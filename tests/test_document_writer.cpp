@@ -20,6 +20,7 @@
 #include "tests/fault_vfs.h"
 #include "tests/live_rig.h"
 #include "tests/document_support.h"
+#include "tests/modes.h"
 #include "tests/support.h"
 
 namespace kibori {
@@ -597,9 +598,8 @@ TEST(DocumentWriter, KilledAmidDabsAndWarps) {
       writer.start();
       live.context().safety().arm();
       for (int i = first; i < first + 1000; i++) {
-        const Mode modes[] = {Mode::smooth, Mode::grab,    Mode::inflate, Mode::press, Mode::crease,
-                              Mode::twist,  Mode::flatten, Mode::nudge,   Mode::paint, Mode::node};
-        const Mode mode = modes[static_cast<size_t>(i) % std::size(modes)];
+        const std::vector<Mode>& modes = test::reshaping_modes();
+        const Mode mode = modes[static_cast<size_t>(i) % modes.size()];
         bool over = false;
         live.post([&over, mode, witness](ServoContext& c) {
           // After the previous stroke, when all of it is in the model.

@@ -20,6 +20,7 @@
 #include <kibori/solid/ball.h>
 
 #include "tests/live_rig.h"
+#include "tests/modes.h"
 #include "tests/plain_material.h"
 #include "tests/support.h"
 
@@ -485,8 +486,7 @@ TEST(Live, BeyondTheBoundItShakes) {
 // circles on the block's top, over two grooves: a flat face has nothing to fill.
 TEST(Live, ACommitIsNoJolt) {
   for (const ForceModel model : {ForceModel::series, ForceModel::energy, ForceModel::paper})
-    for (int i = static_cast<int>(Mode::smooth); i <= static_cast<int>(Mode::turn); i++) {
-      const Mode mode = static_cast<Mode>(i);
+    for (const Mode mode : test::reshaping_modes()) {
       VirtualDeviceSettings device;
       device.capabilities = arm();
       device.capabilities.force_rate_n_s = 1e6;  // so that the safety stage hides no jump

@@ -29,6 +29,7 @@
 #include <kibori/surface/surface.h>
 
 #include "tests/every_tool.h"
+#include "tests/modes.h"
 #include "tests/plain_material.h"
 
 namespace {
@@ -322,9 +323,8 @@ bool dabs(long many) {
     for (long posted = 0; !stopping;) {
       if (posted < stage) {
         posted++;
-        constexpr auto kFirst = static_cast<long>(Mode::smooth),
-                       kLast = static_cast<long>(Mode::turn);
-        const auto mode = static_cast<Mode>(kFirst + posted % (kLast - kFirst + 1));
+        const std::vector<Mode>& modes = test::reshaping_modes();
+        const Mode mode = modes[static_cast<size_t>(posted) % modes.size()];
         live.post([mode, lifted = posted % 5 == 0](ServoContext& c) {
           c.settings().mode = lifted ? Mode::off : mode;
         });

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
 // Writes the library's lists for other languages:
 //   web/src/connection/kinds.ts  tools, modes and force models, for pages; the whole file
-//   python/kibori/__init__.pyi   the classes of tool shapes, for type checkers; between two marks
+//   python/kibori/__init__.pyi   modes and the classes of tool shapes, for type checkers; between
+//                                marks
 //   docs/scenes.md               the tables of tool shapes and presets, for people; between marks
 //
-// Usage: make_kinds FILE... writes them. make_kinds --check FILE... writes nothing, and exits with
-// 1 if a FILE is out of date.
+// Usage: make_kinds FILE... writes them (./dev kinds). make_kinds --check FILE... writes nothing,
+// and exits with 1 if a FILE is out of date.
 #include <cctype>
 #include <cstdio>
 #include <fstream>
@@ -95,11 +96,28 @@ std::string preset_table() {
   return text;
 }
 
-// `text` with the lines between its two marks replaced. Nothing if it has no marks.
+// The names of all modes, as a type of Python.
+std::string mode_stub() {
+  constexpr size_t kMaxLine = 100;
+  std::string text = "ModeName = Literal[\n", line = "   ";
+  for (const std::string_view name : names_of(kibori::Mode{})) {
+    const std::string item = " \"" + std::string(name) + "\",";
+    if (line.size() + item.size() > kMaxLine) {
+      text += line + "\n";
+      line = "   ";
+    }
+    line += item;
+  }
+  return text + line + "\n]\n";
+}
+
+// `text` with the lines between its two marks replaced. `what` is the list in the marks, for
+// example "tool shapes". Nothing if the text has no marks.
 std::optional<std::string> with_part(const std::string& text, const std::string& part,
-                                     const std::string& what = "shapes") {
-  const size_t mark = text.find("Tool " + what + ", made by apps/studio/make_kinds.cpp"),
-               end = text.find("End of the tool " + what + ".");
+                                     std::string what) {
+  const size_t end = text.find("End of the " + what + ".");
+  what[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(what[0])));
+  const size_t mark = text.find(what + ", made by apps/studio/make_kinds.cpp");
   if (mark == std::string::npos || end == std::string::npos || end < mark) return std::nullopt;
   const size_t from = text.find('\n', mark) + 1, to = text.rfind('\n', end) + 1;
   return text.substr(0, from) + part + text.substr(to);
@@ -147,10 +165,13 @@ std::string kinds() {
 
 // The new content of a file that contains `text`. Nothing if it has no place for it.
 std::optional<std::string> made(std::string_view path, const std::string& text) {
-  if (path.ends_with(".pyi")) return with_part(text, tool_stubs());
+  if (path.ends_with(".pyi")) {
+    const std::optional<std::string> with_modes = with_part(text, mode_stub(), "modes");
+    return with_modes ? with_part(*with_modes, tool_stubs(), "tool shapes") : std::nullopt;
+  }
   if (path.ends_with(".md")) {
-    const std::optional<std::string> with_shapes = with_part(text, tool_table());
-    return with_shapes ? with_part(*with_shapes, preset_table(), "presets") : std::nullopt;
+    const std::optional<std::string> with_shapes = with_part(text, tool_table(), "tool shapes");
+    return with_shapes ? with_part(*with_shapes, preset_table(), "tool presets") : std::nullopt;
   }
   return kinds();
 }
@@ -174,7 +195,7 @@ int main(int count, char** arguments) {
     if (check || !wanted) {
       std::fprintf(stderr,
                    wanted ? "%s is not what the library's lists say; run make_kinds on it\n"
-                          : "%s has no marks around its tool shapes\n",
+                          : "%s has no marks around its lists\n",
                    path);
       failed = 1;
       continue;

@@ -11,7 +11,7 @@ constexpr auto kAnswerEvery = std::chrono::milliseconds(33);
 constexpr auto kForgotten = std::chrono::seconds(2);
 
 template <class T>
-void put(std::vector<uint8_t>& to, T value) {
+void append(std::vector<uint8_t>& to, T value) {
   const auto* const raw = reinterpret_cast<const uint8_t*>(&value);
   to.insert(to.end(), raw, raw + sizeof value);
 }
@@ -55,10 +55,10 @@ std::optional<Method> MethodView::answer(const Snapshot& snapshot, Clock::time_p
   reply.ticks = ticks_;
   reply.taken = static_cast<double>(taken_);
   for (const std::vector<Span>& spans : spans_in(box, snapshot)) {
-    put(reply.spans, static_cast<uint8_t>(spans.size()));
+    append(reply.spans, static_cast<uint8_t>(spans.size()));
     for (const Span& span : spans) {
-      put(reply.spans, span.in);
-      put(reply.spans, span.out);
+      append(reply.spans, span.in);
+      append(reply.spans, span.out);
     }
   }
   // Points that an undo removes did not vanish in a tick, so they are not listed.
@@ -67,7 +67,7 @@ std::optional<Method> MethodView::answer(const Snapshot& snapshot, Clock::time_p
     const VanishedNodes gone = vanished_in(finer(box), *before_, snapshot);
     reply.gone = static_cast<uint32_t>(gone.count);
     for (const std::array<uint16_t, 3>& node : gone.nodes)
-      for (const uint16_t index : node) put(reply.vanished, index);
+      for (const uint16_t index : node) append(reply.vanished, index);
   }
   before_ = snapshot;
   ticks_ = 0;

@@ -26,8 +26,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr unsigned kContinue = 1, kInvalidHandle = 0xffffffffu;
-constexpr unsigned kButtons = 0x2000, kPosition = 0x2050, kVelocity = 0x2051, kTransform = 0x2052,
-                   kForce = 0x2700, kTorque = 0x2701, kForceOutput = 0x4000,
+constexpr unsigned kButtonState = 0x2000, kPosition = 0x2050, kVelocity = 0x2051,
+                   kTransform = 0x2052, kForce = 0x2700, kTorque = 0x2701, kForceOutput = 0x4000,
                    kNominalMaxForce = 0x2603;
 constexpr unsigned kCommunication = 0x0302, kCommunicationSettings = 0x0303;
 constexpr unsigned short kHighest = 0xffff;
@@ -83,7 +83,7 @@ struct OpenHapticsDevice::Link {
     get_doubles(kPosition, position);
     get_doubles(kVelocity, velocity);
     get_doubles(kTransform, transform);
-    get_integers(kButtons, &buttons);
+    get_integers(kButtonState, &buttons);
     Timed now;
     now.reading.position_mm = from_hd(position);
     now.reading.velocity_mm_s = from_hd(velocity);

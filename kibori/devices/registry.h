@@ -1,16 +1,7 @@
 // SPDX-License-Identifier: MIT
-// All kinds of devices. Opens one by name, and searches for connected ones.
-//
-//   virtual                    a simulated hand (the session makes it: it needs a script)
-//   forcedim                   Force Dimension devices and the Novint Falcon
-//   haply[:HOST:PORT]          Haply Inverse3, through its service on this machine or another
-//   openhaptics                3D Systems' Touch family
-//   gamepad                    a game controller that rumbles
-//   vrpn:NAME@HOST[:PORT]      any device behind a VRPN server
-//   dds[:DOMAIN]               a program that sends poses as ROS 2 does
-//   replay:FILE.csv            a recording of a hand's motion
-//
-// A new kind needs a class (haptics/device.h) and one row of the list in registry.cpp.
+// All kinds of devices. Opens one by name, and searches for connected ones. docs/devices.md
+// describes the kinds and their names. The kind `virtual` is not opened here: the session makes it,
+// because it needs a script. CONTRIBUTING.md says how to add a kind.
 #pragma once
 
 #include <memory>

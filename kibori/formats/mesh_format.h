@@ -1,13 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The formats of mesh files, one row each.
-//
-// A new format needs:
-// - a row here,
-// - a reader that kibori-import calls (apps/import/main.cpp),
-// - a writer in surface_file.cpp if Kibori writes it,
-// - a corpus and a fuzzer in fuzz/.
-//
-// Command line, studio and page take their lists from here.
+// The formats of mesh files, one row each. Command line, studio, page and Python take their lists
+// from here. CONTRIBUTING.md says what else a new format needs.
 #pragma once
 
 #include <algorithm>

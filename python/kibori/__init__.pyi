@@ -9,11 +9,13 @@ import numpy.typing as npt
 
 Path = Union[str, "PathLike[str]"]
 Vector = Sequence[float]
+# Modes, made by apps/studio/make_kinds.cpp from the library's own list.
 ModeName = Literal[
-    "cut", "deposit", "touch", "off", "smooth", "rasp", "fill", "inflate", "flatten", "crease", "paint", "grab",
-    "nudge", "twist", "bend", "pinch", "scale", "node", "press", "throw", "turn",
+    "cut", "deposit", "touch", "off", "smooth", "rasp", "fill", "inflate", "flatten", "crease",
+    "paint", "grab", "nudge", "twist", "bend", "pinch", "scale", "node", "press", "throw", "turn",
     "trim", "build",
 ]
+# End of the modes.
 ForceName = Literal["series", "energy", "paper"]
 CrumbsName = Literal["sort", "stay", "fall", "body"]
 View = Union[str, Vector]

@@ -7,6 +7,7 @@
 
 #include <kibori/body/body_surface.h>
 #include <kibori/report/convert.h>
+#include <kibori/formats/mesh_format.h>
 #include <kibori/formats/png_file.h>
 #include <kibori/haptics/materials.h>
 #include <kibori/measure/mass.h>
@@ -170,9 +171,11 @@ void bind_history(ModelClass& model) {
             });
           },
           py::arg("path"), py::arg("tolerance") = 0.0, py::arg("threads") = 1,
-          "Writes the surface in mm (.stl, .ply, .obj, .3mf, .glb), closed and manifold. "
-          "tolerance: max distance [mm] of a surface with fewer triangles. Returns the number of "
-          "triangles.");
+          ("Writes the surface in mm (" + list_of(kMeshesWritten) +
+           "), closed and manifold. tolerance: max distance [mm] of a surface with fewer "
+           "triangles. "
+           "Returns the number of triangles.")
+              .c_str());
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The stocks that a Model can begin with.
 #include <kibori/scene/stock.h>
+#include <kibori/formats/mesh_format.h>
 #include <kibori/geometry/label_volume.h>
 
 #include "python/src/materials.h"
@@ -134,8 +135,10 @@ void bind_stocks(ModelClass& model) {
       .def_static("mesh", &mesh_file, py::arg("path"), py::arg("pitch"), py::arg("material") = lime,
                   py::kw_only(), py::arg("fit") = py::none(), py::arg("room") = py::none(),
                   py::arg("threads") = 1,
-                  "A mesh file (.stl, .ply, .obj, .off, .3mf, .glb) in mm, moved so that its "
-                  "bounds begin at the origin. fit: longest side of the scaled mesh [mm].")
+                  ("A mesh file (" + list_of(kMeshesRead) +
+                   ") in mm, moved so that its bounds begin at the origin. fit: longest side of "
+                   "the scaled mesh [mm].")
+                      .c_str())
       .def_static("mesh", &mesh_arrays, py::arg("vertices"), py::arg("triangles"), py::arg("pitch"),
                   py::arg("material") = lime, py::kw_only(), py::arg("room") = py::none(),
                   py::arg("threads") = 1,

@@ -4,6 +4,8 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <string>
+#include <string_view>
 
 #include <kibori/report/tick_row.h>
 #include <kibori/motion/reshape_stroke.h>
@@ -245,15 +247,25 @@ class Stroke {
   bool open_ = false;
 };
 
+// All modes that reshape, with commas between them.
+std::string reshaping_modes() {
+  std::string modes;
+  for (const std::string_view name : names_of(Mode{}))
+    if (reshapes(*kibori::value_of<Mode>(name)))
+      modes.append(modes.empty() ? "" : ", ").append(name);
+  return modes;
+}
+
+// The help of Model.carve. reshaping_modes() is between the two parts.
 const char* const kAboutCarve =
     "carve(tool, path, mode='cut', ...) -> Carved\n\n"
     "Moves a tool along a path, exactly from each pose to the next, as one stroke.\n\n"
     "path: array [N, 3] of tips, or [N, 7] of poses (x, y, z, and a quaternion x, y, z, w that "
     "turns the upright tool), in mm in the world, like all members of Carved. N rows give N - 1 "
     "sweeps.\n"
-    "mode: cut, deposit, touch, off, or one that reshapes (smooth, rasp, fill, inflate, flatten, "
-    "crease, paint, grab, nudge, twist, bend, pinch, scale, node, press, throw, turn, trim, "
-    "build).\n"
+    "mode: cut, deposit, touch, off, or one that reshapes (";
+const char* const kAboutCarveRest =
+    ").\n"
     "material: name or Material that a deposit adds.\n"
     "force: energy (the law of the material, averaged over one cell of path), paper (-Kf K) or\n"
     "series (the path is that of the hand, and a spring pulls the tool); dof: 5 or 6; rate: ticks "
@@ -343,7 +355,7 @@ void bind_strokes(py::module_& module, ModelClass& model) {
       [](const Shared& self, const StrokeChoice& choice, const std::vector<Pose>& path) {
         return carve(*self, choice, path);
       },
-      kAboutCarve);
+      (kAboutCarve + reshaping_modes() + kAboutCarveRest).c_str());
   def_stroke(
       model, "stroke", "start", pose_of,
       [](const Shared& self, const StrokeChoice& choice, const Pose& start) {

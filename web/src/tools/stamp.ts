@@ -3,6 +3,7 @@
 import { t } from "../base/texts";
 import { element, input, put, select } from "../base/dom";
 import { notify } from "../base/notice";
+import { MESHES } from "../connection/kinds";
 import { write } from "../connection/messages";
 import { setStamp } from "./tools";
 
@@ -10,7 +11,7 @@ import { setStamp } from "./tools";
 const STILL_MS = 250;
 /** Max file size. It equals the limit of a message [bytes]. */
 const MAX_BYTES = 1_000_000;
-const ENDINGS = ["", ".png", ".stl,.ply,.obj,.off,.3mf,.glb"];
+const ENDINGS = ["", ".png", MESHES];
 
 /** Size [mm]: height or width, pressing depth, and length of letters. */
 interface Held {
