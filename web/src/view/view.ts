@@ -160,8 +160,8 @@ export class View {
       if (hit && hit.point.distanceTo(at.point) < 4 * radius) normals.push(hit.normal);
     }
     const like = normals.map((one) => normals.filter((other) => one.dot(other) > ALIKE));
-    const most = like.reduce((best, group) => (group.length > best.length ? group : best));
-    const normal = most.reduce((sum, one) => sum.add(one), new THREE.Vector3()).normalize();
+    const largest = like.reduce((best, group) => (group.length > best.length ? group : best));
+    const normal = largest.reduce((sum, one) => sum.add(one), new THREE.Vector3()).normalize();
     return { ...at, normal };
   }
   /** The body that a point of the window shows. Null: none. */
