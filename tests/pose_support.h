@@ -101,11 +101,17 @@ class Errors {
   double rms() const { return std::sqrt(squares_ / count_); }
   double deviation() const { return std::sqrt(std::max(0.0, squares_ / count_ - mean() * mean())); }
   double largest() const { return largest_; }
+  // Bound of the mean's size, with room for the scatter of the mean of these errors.
+  double mean_bound(double aim) const { return aim + 4 * deviation() / std::sqrt(count_); }
 
  private:
   int count_ = 0;
   double sum_ = 0, squares_ = 0, largest_ = 0;
 };
+
+// Factor on the bound of a root mean square of `count` errors, for its scatter. The errors have long
+// tails: a few thin cuts have most of the error.
+inline double scatter(int count) { return 1 + 4 / std::sqrt(count); }
 
 // Area of the segment of a circle of radius r that is `depth` high.
 inline double segment_area(double r, double depth) {
@@ -143,26 +149,54 @@ inline double shadow_area(const MeshTool& tool, double depth) {
   return area;
 }
 
+// A mesh with a flat bottom, wider at its top: a frustum.
+inline MeshTool random_frustum(Random& random, const Vec3& size) {
+  auto mesh = std::make_shared<TriangleMesh>();
+  const double wider = random.uniform(1.05, 1.3);
+  for (int i = 0; i < 8; i++) {
+    const double scale = i & 4 ? wider : 1;
+    mesh->vertices.push_back({(i & 1 ? 0.5 : -0.5) * scale * size.x(),
+                              (i & 2 ? 0.5 : -0.5) * scale * size.y(), i & 4 ? size.z() : 0});
+  }
+  mesh->triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
+                     {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+  return {mesh};
+}
+
 // A tool, and the closed form of what it cuts while it moves along its x axis.
 struct Cutter {
   Tool tool;
   double section;  // [mm^2]; its tip is `depth` below the face
-  double width;    // of the section, or more
+  double width;    // of the tool, or more
 };
 
-enum class Kind { ball, cone, gouge, flat, box, mesh };
-inline constexpr Kind kKinds[] = {Kind::ball, Kind::cone, Kind::gouge,
-                                  Kind::flat, Kind::box,  Kind::mesh};
-inline constexpr const char* kKindNames[] = {"ball", "cone", "gouge", "flat", "box", "mesh"};
+enum class Kind { ball, cone, gouge, flat, box, frustum, tetrahedron };
+inline constexpr Kind kKinds[] = {Kind::ball, Kind::cone,    Kind::gouge,      Kind::flat,
+                                  Kind::box,  Kind::frustum, Kind::tetrahedron};
+inline constexpr int kKindCount = 7;
+inline const char* name_of_kind(Kind kind) {
+  constexpr const char* kNames[] = {"ball", "cone",    "gouge",      "flat",
+                                    "box",  "frustum", "tetrahedron"};
+  return kNames[static_cast<int>(kind)];
+}
+// Depth of a cut over its mean thickness, about.
+inline double depth_of(Kind kind) {
+  constexpr double kFactor[] = {1.5, 2, 1.5, 1, 1, 1, 2};
+  return kFactor[static_cast<int>(kind)];
+}
 
-// Tools that are wide compared to the lattice, and at least as high as `depth`.
-inline Cutter random_cutter(Random& random, Kind kind, double pitch, double depth) {
+// A tool that is higher than `depth`. Its cut is `width` wide or more, except a tetrahedron's.
+inline Cutter random_cutter(Random& random, Kind kind, double pitch, double depth,
+                            double width = 0) {
   const double radius = pitch * random.uniform(6, 12) + 0.6 * depth, length = 2 * depth + 9 * pitch;
   switch (kind) {
     case Kind::ball:
       return {BallTool{radius}, segment_area(radius, depth), 2 * radius};
     case Kind::cone: {
-      const double angle = random.uniform(60, 140), tan = std::tan(angle * std::numbers::pi / 360);
+      constexpr double kDegree = std::numbers::pi / 180;
+      const double narrow = std::max(60.0, 2 / kDegree * std::atan(width / 2 / depth));
+      const double angle = random.uniform(narrow, std::max(140.0, narrow + 3));
+      const double tan = std::tan(angle / 2 * kDegree);
       return {Cone{angle, depth * tan + 3 * pitch, length}, depth * depth * tan,
               2 * depth * tan + 6 * pitch};
     }
@@ -175,7 +209,11 @@ inline Cutter random_cutter(Random& random, Kind kind, double pitch, double dept
       return {Flat{radius, length}, 2 * radius * depth, 2 * radius};
     case Kind::box:
       return {BoxTool{Vec3(radius, 1.5 * radius, length)}, 1.5 * radius * depth, 1.5 * radius};
-    case Kind::mesh: {
+    case Kind::frustum: {
+      const MeshTool tool = random_frustum(random, Vec3(radius, 1.4 * radius, length));
+      return {tool, shadow_area(tool, depth), 1.9 * radius};
+    }
+    case Kind::tetrahedron: {
       const MeshTool tool = random_tetrahedron(random, 1.3 * depth + 6 * pitch);
       return {tool, shadow_area(tool, depth), 3 * depth + 14 * pitch};
     }

@@ -96,7 +96,7 @@ TEST(VolumePoses, ShapesOfTheMethod) {
     const Errors errors = errors_of(row.measured);
     std::printf("method %5.2f: ", row.method);
     print_row(row.name, errors);
-    EXPECT_LT(errors.rms(), row.bound) << row.name;
+    EXPECT_LT(errors.rms(), row.bound * scatter(errors.count())) << row.name;
   }
 }
 
@@ -122,46 +122,74 @@ TEST(VolumePoses, ALayerOfAnyThickness) {
       char name[80];
       std::snprintf(name, sizeof name, "layer %g-%g, %s", thin, thick, name_of_lie(lie));
       print_row(name, errors);
-      EXPECT_LT(errors.rms(), thin < 2 ? 2 : 0.5) << name;
+      EXPECT_LT(errors.rms(), (thin < 2 ? 2 : 0.5) * scatter(errors.count())) << name;
     }
 }
 
-// A tool passes right through a block, in one motion or in many. The groove is a prism.
+// A tool passes right through a block, in one motion or in many. The groove is a prism. Returns its
+// volume, and the true one.
+std::pair<double, double> groove(Random& random, const Cutter& cutter, double depth, double pitch,
+                                 Lie lie, int steps) {
+  PlacedBox stock;
+  stock.centre = random.in_box(-5, 5);
+  stock.frame = random_frame(random, lie);
+  stock.size = Vec3(random.uniform(12, 25) * pitch, cutter.width + 6 * pitch, depth + 5 * pitch);
+  TriDexel model(random_lattice(random, stock.centre, stock.size, pitch));
+  add_tool(model, stock.tool(), stock.pose());
+  const double before = model.volume_mm3();
+  const double path = stock.size.x() + 2 * reach_mm(cutter.tool) + pitch;
+  const Vec3 start = stock.at(Vec3(-path / 2, 0, stock.size.z() / 2 - depth));
+  const Vec3 motion = stock.frame.col(0) * (path / steps);
+  double removed = 0;
+  for (int i = 0; i < steps; i++)
+    removed += cut_tool(model, cutter.tool, {start + i * motion, stock.frame}, motion);
+  EXPECT_NEAR(removed + model.volume_mm3(), before, 1e-6 * before);
+  return {removed, cutter.section * stock.size.x()};
+}
+
+int random_steps(Random& random) { return random.integer(0, 1) ? random.integer(2, 60) : 1; }
+
+// Cuts of every tool, 8 cells wide or more, by their mean thickness.
 TEST(VolumePoses, GroovesOfEveryTool) {
   Random random;
   SCOPED_TRACE(random.note());
   for (const Kind kind : kKinds)
-    for (const auto& [low, high] : {std::pair(0.3, 2.0), {2.0, 20.0}}) {
-      int round = 0;
+    for (const auto& [thin, thick] : {std::pair(0.3, 2.0), {2.0, 10.0}}) {
+      // A tetrahedron is narrow where it is thin.
+      if (kind == Kind::tetrahedron && thin < 2) continue;
       const Errors errors = errors_of([&] {
-        const double pitch = random_pitch(random), depth = pitch * random.uniform(low, high);
-        const Cutter cutter = random_cutter(random, kind, pitch, depth);
-        PlacedBox stock;
-        stock.centre = random.in_box(-5, 5);
-        stock.frame = random_frame(random, kLies[round % 3]);
-        stock.size =
-            Vec3(random.uniform(12, 25) * pitch, cutter.width + 6 * pitch, depth + 5 * pitch);
-        TriDexel model(random_lattice(random, stock.centre, stock.size, pitch));
-        add_tool(model, stock.tool(), stock.pose());
-        const double before = model.volume_mm3();
-        const double way = stock.size.x() + 2 * reach_mm(cutter.tool) + pitch;
-        const Vec3 start = stock.at(Vec3(-way / 2, 0, stock.size.z() / 2 - depth));
-        const int steps = round % 2 ? random.integer(2, 60) : 1;
-        round++;
-        double removed = 0;
-        for (int i = 0; i < steps; i++)
-          removed += cut_tool(model, cutter.tool,
-                              {start + stock.frame.col(0) * (way * i / steps), stock.frame},
-                              stock.frame.col(0) * (way / steps));
-        EXPECT_NEAR(removed + model.volume_mm3(), before, 1e-6 * before);
-        return std::pair(removed, cutter.section * stock.size.x());
+        const double pitch = random_pitch(random);
+        const double depth = depth_of(kind) * pitch * random.uniform(thin, thick);
+        return groove(random, random_cutter(random, kind, pitch, depth, 8 * pitch), depth, pitch,
+                      kLies[random.integer(0, 2)], random_steps(random));
       });
       char name[80];
-      std::snprintf(name, sizeof name, "groove %g-%g deep, %s", low, high,
-                    kKindNames[static_cast<int>(kind)]);
+      std::snprintf(name, sizeof name, "groove %g-%g thick, %s", thin, thick, name_of_kind(kind));
       print_row(name, errors);
-      EXPECT_LT(errors.rms(), low < 2 ? 2 : 0.5) << name;
+      EXPECT_LT(errors.rms(), (thin < 2 ? 2 : 0.5) * scatter(errors.count())) << name;
     }
+}
+
+// Grooves narrower than 8 cells and thinner than 2. The aim of 2 percent does not hold here: a
+// section of less than a few cells meets few rays. Its error is a part of a cell's area instead.
+TEST(VolumePoses, NarrowGroovesAreWithinAPartOfACell) {
+  Random random;
+  SCOPED_TRACE(random.note());
+  for (const Kind kind : {Kind::cone, Kind::tetrahedron}) {
+    Errors area;  // [cells^2]
+    const Errors errors = errors_of([&] {
+      const double pitch = random_pitch(random), depth = pitch * random.uniform(0.3, 4);
+      const Cutter cutter = random_cutter(random, kind, pitch, depth);
+      const auto [volume, wanted] =
+          groove(random, cutter, depth, pitch, kLies[random.integer(0, 2)], random_steps(random));
+      area.add((volume / wanted - 1) * cutter.section / (pitch * pitch));
+      return std::pair(volume, wanted);
+    });
+    print_row((std::string("narrow groove, ") + name_of_kind(kind)).c_str(), errors);
+    std::printf("  error of the section: rms %.3f, mean %+.3f, max %.3f cells^2\n", area.rms(),
+                area.mean(), area.largest());
+    EXPECT_LT(area.rms(), 0.1 * scatter(area.count())) << name_of_kind(kind);
+  }
 }
 
 // ---- Dense sampling. A solid is a function that is >= 0 inside, and changes by at most the
@@ -237,11 +265,12 @@ TEST(VolumePoses, CutsAgreeWithDenseSampling) {
   Random random;
   SCOPED_TRACE(random.note());
   Errors errors;
-  for (int i = 0; i < rounds_of("KIBORI_SAMPLED_CUTS", 24); i++) {
+  for (int i = 0; i < rounds_of("KIBORI_SAMPLED_CUTS", 14); i++) {
     const double pitch = random_pitch(random);
     const PlacedBox stock = random_box(random, kLies[random.integer(0, 2)], pitch,
                                        Vec3::Constant(10), Vec3::Constant(25));
-    const Cutter cutter = random_cutter(random, kKinds[i % 6], pitch, pitch * random.uniform(2, 6));
+    const Cutter cutter =
+        random_cutter(random, kKinds[i % kKindCount], pitch, pitch * random.uniform(2, 6));
     const Pose pose{stock.at(random.in_box(-0.4, 0.4).cwiseProduct(stock.size)),
                     random_frame(random, kLies[random.integer(0, 2)])};
     const Vec3 motion = random.integer(0, 2) == 0
@@ -258,14 +287,14 @@ TEST(VolumePoses, CutsAgreeWithDenseSampling) {
           if (in_stock < -3 * pitch) return in_stock;
           return std::min(in_stock, inside_sweep(cutter.tool, pose, motion, p));
         },
-        stock.centre, 0.5 * stock.size.norm(), pitch / 8);
+        stock.centre, 0.5 * stock.size.norm(), pitch / 6);
     // The error of thin cuts is in proportion to their area.
     if (wanted < 300 * std::pow(pitch, 3)) continue;
     errors.add(100 * (removed / wanted - 1));
-    EXPECT_NEAR(removed, wanted, 0.03 * wanted) << kKindNames[i % 6];
+    EXPECT_NEAR(removed, wanted, 0.03 * wanted) << name_of_kind(kKinds[i % kKindCount]);
   }
   print_row("random cuts, dense sampling", errors);
-  EXPECT_LT(errors.rms(), 0.5);
+  EXPECT_LT(errors.rms(), 0.5 * scatter(errors.count()));
 }
 
 // ---- The second table of the method: models of the engine.
@@ -329,7 +358,7 @@ TEST(VolumePoses, SixtyStrokesOfAFinger) {
       cut_tool(model, finger, strokes.back().first, strokes.back().second);
     }
     // One random point in each small cube.
-    constexpr double kSide = 0.45 / 3;
+    constexpr double kSide = 0.45 / 2;
     double wanted = 0;
     const Index3 count = (size / kSide).array().ceil().cast<int>();
     const Vec3 side = size.array() / count.cast<double>();
@@ -436,38 +465,80 @@ TEST(VolumePoses, AThinWallIsLeftAndRemoved) {
       return std::pair(wall, stock.size.x() * stock.size.y() * thick);
     });
     print_row((std::string("wall 0.3-1, ") + name_of_lie(lie)).c_str(), errors);
-    EXPECT_LT(errors.rms(), 2) << name_of_lie(lie);
+    EXPECT_LT(errors.rms(), 2 * scatter(errors.count())) << name_of_lie(lie);
   }
 }
 
-// A mesh with a hole: the ends in the hole have no normal. Cuts into it still add up.
+// A ball of triangles, and its volume.
+std::pair<TriangleMesh, double> ball_mesh(const Vec3& centre, double radius, const Mat3& frame) {
+  constexpr unsigned kRings = 12, kSides = 20;
+  TriangleMesh mesh;
+  mesh.vertices.push_back(centre - radius * frame.col(2));
+  for (unsigned ring = 1; ring < kRings; ring++)
+    for (unsigned side = 0; side < kSides; side++) {
+      const double tilt = kPi * ring / kRings, turn = 2 * kPi * side / kSides;
+      mesh.vertices.push_back(centre + radius * frame *
+                                           Vec3(std::sin(tilt) * std::cos(turn),
+                                                std::sin(tilt) * std::sin(turn), -std::cos(tilt)));
+    }
+  mesh.vertices.push_back(centre + radius * frame.col(2));
+  const auto last = static_cast<uint32_t>(mesh.vertices.size() - 1);
+  const auto at = [](unsigned ring, unsigned side) {
+    return 1 + (ring - 1) * kSides + side % kSides;
+  };
+  for (unsigned side = 0; side < kSides; side++) {
+    mesh.triangles.push_back({0, at(1, side + 1), at(1, side)});
+    for (unsigned ring = 1; ring + 1 < kRings; ring++) {
+      mesh.triangles.push_back({at(ring, side), at(ring, side + 1), at(ring + 1, side)});
+      mesh.triangles.push_back({at(ring + 1, side), at(ring, side + 1), at(ring + 1, side + 1)});
+    }
+    mesh.triangles.push_back({last, at(kRings - 1, side), at(kRings - 1, side + 1)});
+  }
+  double volume = 0;
+  for (const auto& t : mesh.triangles) {
+    const Vec3 a = mesh.vertices[t[0]] - centre, b = mesh.vertices[t[1]] - centre,
+               c = mesh.vertices[t[2]] - centre;
+    volume += a.dot(b.cross(c)) / 6;
+  }
+  return {mesh, volume};
+}
+
+// A mesh whole, and with holes as large as a few cells. The ends in a hole have no normal. Cuts into
+// them still add up.
 TEST(VolumePoses, EndsWithoutANormalAddUp) {
   Random random;
   SCOPED_TRACE(random.note());
-  const Errors errors = errors_of([&] {
-    const double pitch = random_pitch(random);
-    const PlacedBox box =
-        random_box(random, Lie::oblique, pitch, Vec3::Constant(10), Vec3::Constant(20));
-    TriangleMesh mesh = box_mesh(-box.size / 2, box.size / 2);
-    for (Vec3& p : mesh.vertices) p = box.at(p);
-    mesh.triangles.erase(mesh.triangles.begin() + random.integer(0, 11));
-    TriDexel model(random_lattice(random, box.centre, box.size, pitch));
-    const Result<ScanReport> report = scan_convert(model, mesh, 0);
-    EXPECT_TRUE(report) << report.error();
-    const double before = model.volume_mm3();
-    double removed = 0;
-    for (int i = 0; i < 8; i++)
-      removed += cut_tool(model, BallTool{4 * pitch},
-                          {box.at(random.in_box(-0.5, 0.5).cwiseProduct(box.size)), box.frame});
-    EXPECT_NEAR(removed + model.volume_mm3(), before, 1e-6 * before);
-    removed += cut_tool(model, BallTool{box.size.norm()},
-                        {box.at(Vec3(0, 0, -box.size.norm())), box.frame});
-    EXPECT_NEAR(removed, before, 1e-6 * before);
-    EXPECT_NEAR(model.volume_mm3(), 0, 1e-9 * before);
-    return std::pair(before, box.volume());
-  });
-  print_row("box without one triangle", errors);
-  EXPECT_LT(errors.rms(), 2);
+  for (const int holes : {0, 12}) {
+    int64_t placed = 0;
+    const Errors errors = errors_of([&] {
+      const double pitch = random_pitch(random), radius = pitch * random.uniform(8, 12);
+      const Vec3 centre = random.in_box(-5, 5);
+      const Mat3 frame = random_frame(random, Lie::oblique);
+      auto [mesh, volume] = ball_mesh(centre, radius, frame);
+      for (int i = 0; i < holes; i++)
+        mesh.triangles.erase(mesh.triangles.begin() +
+                             random.integer(0, static_cast<int>(mesh.triangles.size()) - 1));
+      TriDexel model(random_lattice(random, centre, Vec3::Constant(2 * radius), pitch));
+      const Result<ScanReport> report = scan_convert(model, mesh, 0);
+      EXPECT_TRUE(report) << report.error();
+      placed += report.value().placed_ends;
+      const double before = model.volume_mm3();
+      double removed = 0;
+      for (int i = 0; i < 8; i++)
+        removed += cut_tool(model, BallTool{4 * pitch},
+                            {centre + radius * random.direction(), random_axes(random)});
+      EXPECT_NEAR(removed + model.volume_mm3(), before, 1e-6 * before);
+      removed += cut_tool(model, BallTool{2 * radius}, {centre - 2 * radius * frame.col(2), frame});
+      EXPECT_NEAR(removed, before, 1e-6 * before);
+      EXPECT_NEAR(model.volume_mm3(), 0, 1e-9 * before);
+      return std::pair(before, volume);
+    });
+    char name[80];
+    std::snprintf(name, sizeof name, "ball of 440 triangles, %d missing", holes);
+    print_row(name, errors);
+    std::printf("  %lld ends without a normal\n", static_cast<long long>(placed));
+    EXPECT_LT(errors.rms(), (holes ? 2 : 0.5) * scatter(errors.count())) << holes;
+  }
 }
 
 // Two materials that meet at a face in any frame. Both parts are exact, and add up to the whole.
@@ -498,8 +569,8 @@ TEST(VolumePoses, MaterialsThatMeetAddUp) {
   });
   print_row("filled in on top, 2-5", upper);
   print_row("below it", lower);
-  EXPECT_LT(upper.rms(), 0.5);
-  EXPECT_LT(lower.rms(), 0.5);
+  EXPECT_LT(upper.rms(), 0.5 * scatter(upper.count()));
+  EXPECT_LT(lower.rms(), 0.5 * scatter(lower.count()));
 }
 
 // ---- Totals.
@@ -525,7 +596,8 @@ TEST(VolumePoses, TotalsOfEachMaterialAddUp) {
     DirectTool stroke(model, {at, random_frame(random, kLies[random.integer(0, 2)])});
     // Half of the cuts are at simple fractions of a cell.
     const double depth = 0.41 * random.integer(1, 12) / 4;
-    const Cutter cutter = random_cutter(random, kKinds[random.integer(0, 5)], pitch / 4, depth);
+    const Cutter cutter =
+        random_cutter(random, kKinds[random.integer(0, kKindCount - 1)], pitch / 4, depth);
     const Vec3 motion = random.direction() * random.uniform(0, 2);
     const Vec3 turn = random.direction() * (random.integer(0, 3) == 0 ? 0.1 : 0);
     const Mode mode = random.integer(0, 9) < 4 ? Mode::deposit : Mode::cut;
