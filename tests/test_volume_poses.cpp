@@ -441,6 +441,51 @@ TEST(VolumePoses, FacesOnNodesOfEveryKindOfEdit) {
         }
 }
 
+// A deposit fills up to an edge of other material, or of its own, that lies on two planes of nodes.
+// Neither material need hold those nodes. The totals still add up, and so do those of later cuts.
+TEST(VolumePoses, DepositsAtEdgesOnNodesAddUp) {
+  const double offs[] = {0, 6e-6, -6e-6, 4.2e-5, -4.2e-5, 9e-5, -9e-5, 1.05e-4, -1.05e-4};
+  for (int side = 0; side < 8; side++)
+    for (const double off : offs)
+      for (const double off_z : offs)
+        for (const bool other : {false, true}) {
+          SCOPED_TRACE(testing::Message() << side << " " << off << " " << off_z << " " << other);
+          const int axis = side & 1;
+          Lattice lattice;
+          lattice.nodes = Index3(12, 12, 12);
+          TriDexel model(lattice);
+          // The edge is at node 5 of x or y and of z.
+          const auto box_from = [&](double across, double z) {
+            Box box{Vec3::Constant(2.3), Vec3::Constant(9.2)};
+            (side & 2 ? box.min : box.max)[axis] = across;
+            (side & 4 ? box.min : box.max).z() = z;
+            return box;
+          };
+          const Box first = box_from(5.5 + off, 5.5 + off_z);
+          model.fill_block(first, 0);
+          const auto put = [&](const Box& box, uint8_t material) {
+            return add_tool(model, BoxTool{box.size()},
+                            {Vec3(box.centre() - Vec3(0, 0, box.size().z() / 2)), Mat3::Identity()},
+                            material);
+          };
+          // A third material touches the first one along its edge.
+          Box beside = first;
+          (side & 2 ? beside.max : beside.min)[axis] = 5.5 + off;
+          (side & 2 ? beside.min : beside.max)[axis] = side & 2 ? 3.1 : 8.1;
+          beside.min[1 - axis] = 5;
+          double before = model.volume_mm3();
+          const auto added = [&](double volume, const char* what) {
+            const double after = model.volume_mm3();
+            EXPECT_NEAR(after - before, volume, 1e-5) << what;
+            before = after;
+          };
+          added(put(beside, 2), "beside");
+          added(put({Vec3::Constant(1.7), Vec3::Constant(9.8)}, other ? 1 : 0), "around");
+          added(-cut_tool(model, BallTool{3}, {Vec3(5.5, 5.5, 3), Mat3::Identity()}), "cut");
+          added(put(first.grown(0.2), 2), "again");
+        }
+}
+
 // A wall thinner than a cell is what two cuts leave. Some of its rays have no node.
 TEST(VolumePoses, AThinWallIsLeftAndRemoved) {
   Random random;

@@ -1169,12 +1169,13 @@ static bool deposit_will_hold(TileJob& job, const Index3& node) {
   return true;
 }
 
-// Of a deposit's overlap with a span that ends at `depth`: true if another span continues there.
-static bool touches_next(const TileJob& job, int row, int lane, float depth, bool at_hi) {
+// Of a deposit's overlap with a span that ends at `depth`: the material of the span that continues
+// there, or -1.
+static int material_beyond(const TileJob& job, int row, int lane, float depth, bool at_hi) {
   const int slot = row * kTileSide + lane;
   for (const Plane* p = &job.tile->first; p && !p->empty_at(slot); p = p->next)
-    if ((at_hi ? p->in[slot] : p->out[slot]) == depth) return true;
-  return false;
+    if ((at_hi ? p->in[slot] : p->out[slot]) == depth) return p->material[slot];
+  return -1;
 }
 
 bool holds_node(TileJob& job, int row, int lane, int k, EndOf end, int material, float depth,
@@ -1189,8 +1190,14 @@ bool holds_node(TileJob& job, int row, int lane, int k, EndOf end, int material,
     const int own = job.request.material;
     if (end == EndOf::tool) return deposit_will_hold(job, node);
     if (end == EndOf::met) return !z.holds(node, own, kTie);
-    // Two spans meet here, and the deposit adds nothing between them: their ends cancel.
-    if (touches_next(job, row, lane, depth, at_hi)) return !at_hi;
+    if (const int beyond = material_beyond(job, row, lane, depth, at_hi); beyond >= 0) {
+      // Two spans meet here, and both ends stay. They change only if the deposit continues one of
+      // the spans along z, so that its material holds the node from now on.
+      if (at_hi) return false;
+      const bool gained = (material == own || beyond == own) && !z.holds(node, own, kTie) &&
+                          deposit_will_hold(job, node);
+      return !gained;
+    }
     // An end of its own material vanishes. At other material, the deposit gets an end. Both
     // materials may fail to hold the node by kTie, so the end of the deposit decides.
     return material == own ? z.holds(node, own, kTie) : !deposit_will_hold(job, node);
