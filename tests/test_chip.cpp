@@ -117,7 +117,9 @@ TEST(Chip, OfAChiselIsAsWideAndThickAsItsCut) {
       const Vec3 direction(std::cos(turn), std::sin(turn), 0);
       const Shapes s =
           steady_cut(BoxTool{Vec3(2, width, 8)}, depth, pitch, direction, turn, random);
-      EXPECT_NEAR(s.width.mean(), width, 0.01 * width) << cells << " " << turn;
+      // At one place on the lattice. The sides of a thin cut are known to a part of a row of rays.
+      EXPECT_NEAR(s.width.mean(), width, (cells < 1 ? 0.04 : 0.015) * width)
+          << cells << " " << turn;
       EXPECT_NEAR(s.thickness.mean(), depth, (cells < 1 ? 0.03 : 0.015) * depth)
           << cells << " " << turn;
       const double force = 10 * width * std::sqrt(depth);
@@ -145,8 +147,9 @@ TEST(Chip, OfABallIsTheSegmentOfItsGroove) {
       const double turn = i == 0 ? 0 : random.uniform(0, 2 * kPi);
       const Shapes s = steady_cut(BallTool{radius}, depth, pitch,
                                   Vec3(std::cos(turn), std::sin(turn), 0), 0, random);
-      EXPECT_NEAR(s.section.mean(), area, (cells < 1 ? 0.04 : 0.01) * area) << cells << " " << turn;
-      EXPECT_NEAR(s.width.mean(), width, (cells < 1 ? 0.06 : 0.02) * width) << cells << " " << turn;
+      // At one place on the lattice. Means over places: ForcePoses.ChipsOfTheMethod.
+      EXPECT_NEAR(s.section.mean(), area, (cells < 1 ? 0.08 : 0.03) * area) << cells << " " << turn;
+      EXPECT_NEAR(s.width.mean(), width, (cells < 1 ? 0.12 : 0.06) * width) << cells << " " << turn;
       EXPECT_LT(s.section.deviation(), (cells < 1 ? 0.15 : 0.03) * area) << cells << " " << turn;
     }
   }

@@ -74,8 +74,10 @@ inline EndOf end_of(bool by_tool, bool added) {
 // True if the piece that is removed or added holds node k, to which its end is tied
 // (dexel/volume.h). Ends that vanish ask the z field before the edit. New ends ask the z field as
 // it will be afterwards. So what edits remove adds up to the missing volume. `material`: that of an
-// end that vanishes, or of the piece that a tool shortens.
-bool holds_node(TileJob& job, int row, int lane, int k, EndOf end, int material);
+// end that vanishes, or of the piece that a tool shortens. The end is at `depth`, the upper end of
+// the piece if `at_hi`.
+bool holds_node(TileJob& job, int row, int lane, int k, EndOf end, int material, float depth,
+                bool at_hi);
 // Scalar sums for tiles of mixed material and for turning tools. `late`: share of late wood in the
 // overlap.
 void add_overlap(TileJob& job, int row, int lane, const Overlap& overlap, uint8_t material,
@@ -220,7 +222,8 @@ HWY_NOINLINE VF TiedNodes(TileJob& job, size_t row, size_t g, MF tied, VF depth,
     const size_t across = g * kLanes + lane;
     const bool holds = holds_node(
         job, static_cast<int>(row), static_cast<int>(across), k, end_of((tool >> lane) & 1, !plane),
-        plane ? plane->material[row * kTileSide + across] : job.request.material);
+        plane ? plane->material[row * kTileSide + across] : job.request.material, depths[lane],
+        at_hi);
     to[lane] = static_cast<float>(holds == at_hi ? k + 1 : k);
   }
   return hn::Load(d, to);
@@ -1079,8 +1082,10 @@ HWY_EXPORT(StoreNormals);
 HWY_EXPORT(ClearSums);
 HWY_EXPORT(ReduceSums);
 
-// True if the tool's intervals along z, made longer by `margin` at both ends, hold the node.
-static bool tool_holds(TileJob& job, const Index3& node, float margin) {
+// Calls f(lo, hi) for the tool's intervals on the z ray through the node, until f returns true.
+// Returns true then.
+template <class F>
+static bool any_tool_interval(TileJob& job, const Index3& node, F&& f) {
   const auto u = static_cast<int>(node[0]), v = static_cast<int>(node[1]);
   // The z field is edited only in these tiles.
   if (node[2] < 0 || u < job.request.z_begin[0] || u >= job.request.z_end[0] ||
@@ -1088,7 +1093,6 @@ static bool tool_holds(TileJob& job, const Index3& node, float margin) {
     return false;
   const RayTile rays{Axis::z, u / kTileSide * kTileSide, v / kTileSide * kTileSide};
   const int slot = (v - rays.v0) * kTileSide + u - rays.u0;
-  const float depth = static_cast<float>(node[2]) + 0.5f;
   for (int layer = 0;; layer++) {
     if (!(job.ties_rays == rays) || job.ties_layer != layer) {
       job.ties.normals_ready = 0;
@@ -1099,29 +1103,109 @@ static bool tool_holds(TileJob& job, const Index3& node, float margin) {
     }
     if (!job.ties_any) return false;
     if (((job.ties.rows >> (v - rays.v0)) & 1) && job.ties.lo[slot] < job.ties.hi[slot] &&
-        job.ties.lo[slot] - margin <= depth && depth - margin <= job.ties.hi[slot])
+        f(job.ties.lo[slot], job.ties.hi[slot]))
       return true;
     if (job.ties.last) return false;
   }
 }
 
-bool holds_node(TileJob& job, int row, int lane, int k, EndOf end, int material) {
+// True if the tool's intervals along z, made longer by kTie at both ends, hold the node.
+static bool tool_holds(TileJob& job, const Index3& node) {
+  const float depth = static_cast<float>(node[2]) + 0.5f;
+  return any_tool_interval(
+      job, node, [&](float lo, float hi) { return lo - kTie <= depth && depth - kTie <= hi; });
+}
+
+// FieldSnapshot::holds(node, the deposited material, kTie), as it will be after the deposit. The
+// deposit fills gaps only, and joins the spans of its material that it touches.
+static bool deposit_will_hold(TileJob& job, const Index3& node) {
+  const float depth = static_cast<float>(node[2]) + 0.5f;
+  const FieldSnapshot& z = *job.request.z;
+  if ((node < 0).any() || node[0] >= z.nodes_u() || node[1] >= z.nodes_v()) return false;
+  // The span around the node, as far as it is known.
+  float lo = kFar, hi = -kFar;
+  // The gap around `at`, and the span that holds it.
+  struct Around {
+    float below = -kFar, above = kFar;
+    bool held = false, own = false;
+    float in = 0, out = 0;
+  };
+  // `up`: of the part above `at`; otherwise of the part below it.
+  const auto around = [&](float at, bool up) {
+    Around result;
+    z.for_spans(node[0], node[1], [&](const Span& span) {
+      if (up ? span.in <= at && at < span.out : span.in < at && at <= span.out) {
+        result.held = true;
+        result.own = span.material == job.request.material;
+        result.in = span.in;
+        result.out = span.out;
+      }
+      if (up ? span.out <= at : span.out < at) result.below = std::max(result.below, span.out);
+      if (up ? span.in > at : span.in >= at) result.above = std::min(result.above, span.in);
+    });
+    return result;
+  };
+  // Extends the span beyond `at`. Returns false if it ends there.
+  const auto extend = [&](float at, bool up) {
+    const Around there = around(at, up);
+    if (there.held && !there.own) return false;
+    float in = there.in, out = there.out;
+    if (!there.held && !any_tool_interval(job, node, [&](float a, float b) {
+          if (!(up ? a <= at && at < b : a < at && at <= b)) return false;
+          in = std::max(a, there.below);
+          out = std::min(b, there.above);
+          return true;
+        }))
+      return false;
+    if (!(in < out)) return false;
+    lo = std::min(lo, in);
+    hi = std::max(hi, out);
+    return true;
+  };
+  if (!extend(depth, true)) return false;
+  while (!(depth + kTie < hi))
+    if (!extend(hi, true)) return false;
+  while (!(lo + kTie <= depth))
+    if (!extend(lo, false)) return false;
+  return true;
+}
+
+// Of a deposit's overlap with a span that ends at `depth`: the material of the span that continues
+// there, or -1.
+static int material_beyond(const TileJob& job, int row, int lane, float depth, bool at_hi) {
+  const int slot = row * kTileSide + lane;
+  for (const Plane* p = &job.tile->first; p && !p->empty_at(slot); p = p->next)
+    if ((at_hi ? p->in[slot] : p->out[slot]) == depth) return p->material[slot];
+  return -1;
+}
+
+bool holds_node(TileJob& job, int row, int lane, int k, EndOf end, int material, float depth,
+                bool at_hi) {
   const Axis axis = job.rays.axis;
   Index3 node;
   node[u_index(axis)] = job.rays.u0 + lane;
   node[v_index(axis)] = job.rays.v0 + row;
   node[depth_index(axis)] = k;
   const FieldSnapshot& z = *job.request.z;
-  const bool growing = is_growing(job.request.operation);
-  if (growing && end != EndOf::material) material = job.request.material;
+  if (is_growing(job.request.operation)) {
+    const int own = job.request.material;
+    if (end == EndOf::tool) return deposit_will_hold(job, node);
+    if (end == EndOf::met) return !z.holds(node, own, kTie);
+    if (const int beyond = material_beyond(job, row, lane, depth, at_hi); beyond >= 0) {
+      // Two spans meet here, and both ends stay. They change only if the deposit continues one of
+      // the spans along z, so that its material holds the node from now on.
+      if (at_hi) return false;
+      const bool gained = (material == own || beyond == own) && !z.holds(node, own, kTie) &&
+                          deposit_will_hold(job, node);
+      return !gained;
+    }
+    // An end of its own material vanishes. At other material, the deposit gets an end. Both
+    // materials may fail to hold the node by kTie, so the end of the deposit decides.
+    return material == own ? z.holds(node, own, kTie) : !deposit_will_hold(job, node);
+  }
   const bool before = z.holds(node, material, kTie) &&
                       !(job.request.earlier && removed_earlier(*job.request.earlier, node));
-  if (end == EndOf::material) return before;
-  if (end == EndOf::met) return !before;
-  if (!growing) return !before || tool_holds(job, node, kTie);
-  if (before || z.holds(node, -1, kTie)) return before;
-  return tool_holds(job, node, -kTie) ||
-         (z.holds(node, material, -kTie) && tool_holds(job, node, kTie));
+  return end == EndOf::material ? before : !before || tool_holds(job, node);
 }
 
 FieldDirection direction_in_field(const TileJob& job) {
@@ -1206,7 +1290,7 @@ void add_overlap(TileJob& job, int row, int lane, const Overlap& overlap, uint8_
   const auto holds = [&](int k, bool at_hi) {
     return holds_node(job, row, lane, k,
                       end_of(at_hi ? overlap.tool_hi : overlap.tool_lo, overlap.added),
-                      span_material);
+                      span_material, at_hi ? overlap.hi : overlap.lo, at_hi);
   };
   const RayVolume piece(overlap.lo, overlap.hi, overlap.weight_lo, overlap.weight_hi, holds,
                         job.request.z != nullptr);

@@ -17,6 +17,38 @@ constexpr double kMinWidth = 0.9;
 constexpr double kSpins = 0.5, kMoves = 0.7;
 constexpr double kMaxFront = 2;
 constexpr double kMaxGap = 0.95;
+// Smaller gaps [cells] count less: a single cell is often an accident of the rays. If smaller, the
+// force jumps with it. If larger, narrow gaps count as material.
+constexpr double kSureGap = 3;
+// Mean path [cells] over which PathMean::gaps collects cells.
+constexpr double kGapPath = 1.5;
+
+// Share of the chip's width that is empty. `across2`, `along2`, `thin2`: squares of the components
+// of the wide direction, of the motion and of the thin direction. Along an axis, a patch of the chip
+// covers more cells than its own width: its thickness and its path are oblique to the axis, too. So
+// the gap seems narrower. The correction vanishes with the gap, so that the width has no jump.
+double gap_share(const Vec3& gaps, const Vec3& across2, const Vec3& along2, const Vec3& thin2,
+                 double wide, double thick, double path) {
+  double gap = std::clamp(across2.dot(gaps), 0.0, kMaxGap);
+  if (!(gap > 0)) return 0;
+  for (int pass = 0; pass < 2; pass++) {
+    const double width = wide / std::sqrt(1 + gap + gap * gap);
+    double sum = 0, weights = 0;
+    for (int i = 0; i < 3; i++) {
+      const double own = width * std::sqrt(std::max(0.0, across2[i]));
+      const double more = thick * std::sqrt(std::max(0.0, thin2[i])) + path * std::sqrt(along2[i]);
+      double empty = gaps[i] * (own + more);
+      empty *= std::min(1.0, empty / kSureGap);
+      // The axis that is nearest to the wide direction counts most: the gap is widest there.
+      const double weight = across2[i] * across2[i];
+      weights += weight;
+      const double hidden = empty < more ? empty * empty / more : more;
+      if (own > 0) sum += weight * std::min(kMaxGap, (empty + hidden) / own);
+    }
+    gap = weights > 0 ? sum / weights : 0;
+  }
+  return gap;
+}
 
 }  // namespace
 
@@ -66,8 +98,13 @@ Chip chip_of(const ChipMoments& sums, double cells, double pitch_mm, const Vec3&
       double wide = std::sqrt(12 * (half + apart));
       if (difference > 0) {
         // Squares of the components of the wide direction.
-        const Vec3 along = (flat - (half - difference) * across).diagonal() / (2 * difference);
-        const double gap = std::clamp(along.dot(gaps), 0.0, kMaxGap);
+        const Vec3 across2 = (flat - (half - difference) * across).diagonal() / (2 * difference);
+        const Vec3 along2 = chip.direction.cwiseAbs2();
+        const double thick = std::sqrt(12 * std::max(0.0, half - apart));
+        const double path =
+            std::sqrt(12 * std::max(0.0, chip.direction.dot(covariance * chip.direction)));
+        const double gap = gap_share(gaps, across2, along2, Vec3(Vec3::Ones() - across2 - along2),
+                                     wide, thick, path + kGapPath);
         wide *= (1 - gap) / std::sqrt(1 + gap + gap * gap);
       }
       wide = std::max(min_width, wide);
