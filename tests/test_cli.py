@@ -927,7 +927,7 @@ class Exchange(unittest.TestCase):
         report = kibori("convert", self.folder / "many.glb", self.folder / "many.stl", "--pitch", "5")
         # 100 000 copies at one place are one body.
         self.assertEqual((report.returncode, report.stderr.count("\n")), (0, 1), report.stderr)
-        self.assertIn("399996 triangles are left out because others have the same place", report.stderr)
+        self.assertIn("399996 triangles are left out because others are in the same place", report.stderr)
 
     def test_percentages_have_no_exponents(self):
         run = kibori("info", "m.stl", "--wall", "30", cwd=self.folder)

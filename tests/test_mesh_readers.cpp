@@ -598,7 +598,7 @@ TEST(OffReader, WrongFilesAreRefused) {
     expect_refused(parse_off(bytes, "part.off"), expected);
   };
   refused("", "is empty");
-  refused("solid x\n", "not with 'solid'");
+  refused("solid x\n", "begins with 'solid'");
   refused("OFF BINARY\n", "binary OFF");
   refused("OFF\n", "the number of vertices");
   refused("nOFF 4\n1 1 0\n", "4 dimensions");
@@ -1005,7 +1005,7 @@ TEST(GlbReader, WrongFilesAreRefused) {
   refused(with([](Json& j) { j["asset"]["version"] = "1.0"; }), "version '1.0'");
   refused(with([](Json& j) { j["nodes"][0]["mesh"] = 7; }), "number 7 of 'meshes'");
   refused(with([](Json& j) { j["nodes"][0]["mesh"] = -1; }), "node 0 has no 'mesh'");
-  refused(with([](Json& j) { j["scenes"][0]["nodes"] = {0, 9}; }), "node 9 is named");
+  refused(with([](Json& j) { j["scenes"][0]["nodes"] = {0, 9}; }), "node 9 is referenced");
   refused(with([](Json& j) { j["nodes"][0]["children"] = {0}; }), "occurs twice");
   refused(with([](Json& j) { j["nodes"][0]["rotation"] = {1, 2}; }), "'rotation' is not 4 numbers");
   refused(with([](Json& j) { j["nodes"][0]["matrix"] = "x"; }), "'matrix' is not 16 numbers");

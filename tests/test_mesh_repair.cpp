@@ -93,7 +93,7 @@ TEST(MeshRepair, CopiesCountOnce) {
       add(doubled, copy);
       std::string warning;
       EXPECT_NEAR(volume_of(doubled, &warning), 8000, 8);
-      EXPECT_EQ(warning, "2 triangles are left out because others have the same place");
+      EXPECT_EQ(warning, "2 triangles are left out because others are in the same place");
     }
 }
 
@@ -115,7 +115,7 @@ TEST(MeshRepair, InvertedBodiesAreTurned) {
   std::string warning;
   const double whole = 8000 + 20 * 10.5 * 10.5 - 10 * 10 * 10;
   EXPECT_NEAR(volume_of(overlap, &warning), whole, 0.001 * whole);
-  EXPECT_EQ(warning, "1 body is turned because it faces inwards");
+  EXPECT_EQ(warning, "1 body is reversed because it faces inwards");
   TriangleMesh apart = one;
   add(apart, box(Vec3(30, 0, 0), Vec3(40, 10, 10), true));
   EXPECT_NEAR(volume_of(apart), 9000, 9);

@@ -109,7 +109,7 @@ TEST(Gcode, RefusesCodesByName) {
                                    {"X1", "no motion is active"},
                                    {"G93 G1 X1", "inverse time"},
                                    {"M6", "M6 needs a tool"},
-                                   {"T-1", "no tool number"},
+                                   {"T-1", "not a tool number"},
                                    {"G2 X1", "needs its radius R or its centre"},
                                    {"G2 X10 R1", "too small"},
                                    {"G2 R1", "ends where it begins"},

@@ -281,7 +281,7 @@ TEST_F(PlyTest, BadFilesAreReportedInOneSentence) {
   refused(head + "property z\nelement tristrips 1\nend_header\n" + points,
           ":6: the header has an unknown line");
   refused(head + "element tristrips -1\nend_header\n" + points,
-          "there can't be '-1' of element 'tristrips'");
+          "invalid number '-1' of element 'tristrips'");
   refused(head + "element tristrips 1\n", "end_header");
   refused(head + "element tristrips 1\n" + points, ":7: the header has an unknown line");
   refused("ply\nformat ascii 1.0\nelement tristrips 0\nend_header\n",

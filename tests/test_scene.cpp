@@ -180,7 +180,7 @@ INSTANTIATE_TEST_SUITE_P(
             ":4:|thicker"},
         Bad{"[tool]",
             "[[spline]]\nkind = \"sweep\"\npoints = [[90, 0, 0], [99, 0, 0]]\nradius = 2\n[tool]",
-            ":4:|changes nothing"},
+            ":4:|does not change"},
         Bad{"[tool]", "[no_go]\n[tool]", "[[no_go]]"},
         Bad{"[tool]", "[[no_go]]\n[tool]", ":4:|tool must be a table"},
         Bad{"[tool]", "[[no_go]]\ntool = { shape = \"ball\", radius = 3 }\n[tool]",
@@ -221,7 +221,7 @@ INSTANTIATE_TEST_SUITE_P(
         Bad{"speed = 40", "speed = 40\nlead = 3", ":16:|lead"},
         Bad{"speed = 40", "speed = 40\nlead = { entry = -1 }", ":16:|entry"},
         Bad{"speed = 40", "speed = 40\nlead = true\naxis = [0, 1, 1]", ":13:|constant axis"},
-        Bad{"label = \"A\"", "label = \"A\"\nlead = true", ":10:|starts"},
+        Bad{"label = \"A\"", "label = \"A\"\nlead = true", ":10:|first move"},
         Bad{"shape = \"finger\"\nks = 0.4",
             "shape = \"gouge\"\nsweep = 7.5\nwidth = 8\nthickness = 1", "whole number|2 to 11"},
         Bad{"[force]", "[motion]\nrate_hz = 0\n[force]", "rate_hz"}));
