@@ -2,7 +2,7 @@
 // Mutated mesh files through the helper program. read_mesh must answer with a sound mesh or with
 // one sentence, in time. A crash of the helper is a finding.
 //
-//   fuzz_foreign SECONDS CORPUS_FOLDER     (CORPUS_FOLDER/obj, ply, off, glb, 3mf)
+//   fuzz_foreign SECONDS CORPUS_FOLDER     (CORPUS_FOLDER/obj, ply, off, glb, gltf, 3mf)
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -87,17 +87,21 @@ int main(int argc, char** argv) {
       given ? static_cast<unsigned>(std::strtoul(given, nullptr, 10)) : std::random_device{}();
   std::printf("seed %u\n", seed);
   Mutator mutate(seed);
+  const auto folder =
+      std::filesystem::temp_directory_path() / ("kibori-fuzz-" + std::to_string(getpid()));
+  std::filesystem::create_directory(folder);
   std::vector<std::pair<std::string, std::string>> corpus;  // ending, bytes
-  for (const char* ending : {"obj", "ply", "off", "glb", "3mf"})
+  for (const char* ending : {"obj", "ply", "off", "glb", "gltf", "3mf"})
     for (const auto& entry :
          std::filesystem::directory_iterator(std::filesystem::path(argv[2]) / ending)) {
+      if (ending_of(entry.path()) == ".bin") {  // files of the folder name it
+        std::filesystem::copy_file(entry.path(), folder / entry.path().filename());
+        continue;
+      }
       const auto bytes = read_file(entry.path()).value();
       corpus.emplace_back(ending, std::string(bytes.begin(), bytes.end()));
     }
   if (corpus.empty()) return std::fprintf(stderr, "no corpus in %s\n", argv[2]), 2;
-  const auto folder =
-      std::filesystem::temp_directory_path() / ("kibori-fuzz-" + std::to_string(getpid()));
-  std::filesystem::create_directory(folder);
   std::map<std::string, int> ends;  // how they ended
   double slowest = 0;
   int findings = 0;

@@ -166,7 +166,7 @@ UpGuess guess_up(const std::string& ending, const TriangleMesh& mesh) {
   using Up = MeshFormat::Up;
   const MeshFormat* const format = mesh_format_of(ending);
   const Up usual = format ? format->up : Up::mostly_z;
-  if (usual == Up::turned) return {{}, "GLB files have y up, and it was turned so."};
+  if (usual == Up::turned) return {{}, "Files like this one have y up, and it was turned so."};
   const Box box = mesh.bounds();
   const bool custom_y = usual == Up::mostly_y;
   const int custom = custom_y ? 1 : 2, other = 3 - custom;

@@ -135,7 +135,7 @@ void bind_stocks(ModelClass& model) {
           "mesh", &mesh_file, py::arg("path"), py::arg("pitch"), py::arg("material") = lime,
           py::kw_only(), py::arg("fit") = py::none(), py::arg("room") = py::none(),
           py::arg("threads") = 1,
-          "A mesh file (.stl, .ply, .obj, .off, .3mf, .glb), in mm, moved so that its bounds "
+          "A mesh file (.stl, .ply, .obj, .off, .3mf, .glb, .gltf), in mm, moved so that its bounds "
           "begin at the origin; fit: scaled so that this is its longest side [mm].")
       .def_static(
           "mesh", &mesh_arrays, py::arg("vertices"), py::arg("triangles"), py::arg("pitch"),

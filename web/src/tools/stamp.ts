@@ -9,7 +9,7 @@ import { setStamp } from "./tools";
 const STILL_MS = 250;
 /** What a file may have, as a message may [bytes]. */
 const MOST_BYTES = 1_000_000;
-const ENDINGS = ["", ".png", ".stl,.ply,.obj,.off,.3mf,.glb"];
+const ENDINGS = ["", ".png", ".stl,.ply,.obj,.off,.3mf,.glb,.gltf"];
 
 /** How large it is [mm]: how high or wide; how deep it goes; and how long letters are. */
 interface Held {
