@@ -88,7 +88,7 @@ void add_picture_options(CLI::App* command, PictureArguments& arguments) {
   command
       ->add_option(
           "--samples", arguments.samples,
-          "paths per pixel at edges; elsewhere an eighth of them, and the light is smoothed")
+          "paths per pixel at edges; elsewhere a twelfth of them, and the light is smoothed")
       ->check(CLI::Range(1, 65536))
       ->capture_default_str();
 }
