@@ -19,7 +19,7 @@ lines = [f"""# Brushes: five times the same three grooves. Across their middle, 
 block = [{TILE * len(VERBS):g}, {DEPTH:g}, {TOP:g}]
 pitch = 0.25
 material = "limewood"
-room_mm = 4
+room_mm = 6
 
 [tool]
 shape = "ball"

@@ -88,20 +88,24 @@ int main(int argc, char** argv) {
       given ? static_cast<unsigned>(std::strtoul(given, nullptr, 10)) : std::random_device{}();
   std::printf("seed %u\n", seed);
   Mutator mutate(seed);
+  const auto folder =
+      std::filesystem::temp_directory_path() / ("kibori-fuzz-" + std::to_string(getpid()));
+  std::filesystem::create_directory(folder);
   std::vector<std::pair<std::string, std::string>> corpus;  // ending, bytes
   for (const MeshFormat& format : kMeshFormats) {
     if (format.ending == ".stl") continue;  // this process reads it, not the helper
     const std::string ending(format.ending.substr(1));
     for (const auto& entry :
          std::filesystem::directory_iterator(std::filesystem::path(argv[2]) / ending)) {
+      if (ending_of(entry.path()) == ".bin") {  // files of the folder name it
+        std::filesystem::copy_file(entry.path(), folder / entry.path().filename());
+        continue;
+      }
       const auto bytes = read_file(entry.path()).value();
       corpus.emplace_back(ending, std::string(bytes.begin(), bytes.end()));
     }
   }
   if (corpus.empty()) return std::fprintf(stderr, "no corpus in %s\n", argv[2]), 2;
-  const auto folder =
-      std::filesystem::temp_directory_path() / ("kibori-fuzz-" + std::to_string(getpid()));
-  std::filesystem::create_directory(folder);
   std::map<std::string, int> ends;  // how they ended
   double slowest = 0;
   int findings = 0;

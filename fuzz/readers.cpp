@@ -142,6 +142,11 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   sound(parse_off(text, "a.off"));
 #elif defined(KIBORI_FUZZ_GLB)
   sound(parse_glb(text, "a.glb"));
+#elif defined(KIBORI_FUZZ_GLTF)
+  // The input itself as the file that a buffer names.
+  GltfFiles files;
+  files.emplace("part.bin", std::vector<char>(bytes.begin(), bytes.end()));
+  sound(parse_glb(text, "a.gltf", nullptr, &files));
 #elif defined(KIBORI_FUZZ_PLY)
   sound(parse_ply(bytes, "a.ply"));
 #elif defined(KIBORI_FUZZ_3MF)

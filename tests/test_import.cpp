@@ -217,7 +217,8 @@ TEST(Import, SizesThatCanNotBeMeantAreReplaced) {
   for (const Case& c :
        {Case{".stl", 60, "mm", 60}, Case{".stl", 0.156, "fit", 80}, Case{".obj", 2, "fit", 80},
         Case{".ply", 5000, "fit", 80}, Case{".glb", 156, "m", 156}, Case{".glb", 1800, "fit", 80},
-        Case{".3mf", 25.4, "mm", 25.4}, Case{".off", 999, "mm", 999}}) {
+        Case{".gltf", 156, "m", 156}, Case{".3mf", 25.4, "mm", 25.4},
+        Case{".off", 999, "mm", 999}}) {
     const SizeGuess guess = guess_size(c.ending, c.longest_mm);
     EXPECT_EQ(guess.unit, c.unit) << c.ending << " " << c.longest_mm;
     EXPECT_EQ(guess.longest_mm, c.becomes_mm) << c.ending << " " << c.longest_mm;
@@ -233,8 +234,9 @@ TEST(Import, UpIsTheFormatsByDefault) {
     EXPECT_EQ(up(ending, figure(1)), "y") << ending;
     EXPECT_EQ(up(ending, figure(2)), "z") << ending;
   }
-  EXPECT_EQ(guess_up(".glb", figure(1)).orientation, Orientation{});  // was turned when it was read
-  TriangleMesh plate;                                                 // stable on both sides
+  for (const char* ending : {".glb", ".gltf"})  // was turned when it was read
+    EXPECT_EQ(guess_up(ending, figure(1)).orientation, Orientation{}) << ending;
+  TriangleMesh plate;  // stable on both sides
   add_box(plate, {0, 0, 0}, {80, 50, 10});
   EXPECT_EQ(up(".obj", plate), "y");
   EXPECT_EQ(up(".stl", plate), "z");

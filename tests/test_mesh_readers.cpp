@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// STL, OBJ, PLY, OFF and GLB readers: one solid in many spellings, and files that must be refused.
+// STL, OBJ, PLY, OFF, GLB and glTF readers: one solid in many spellings, and files that must be refused.
 // The solid is an L-shaped prism that no mirror maps to itself. So a lost, turned or mirrored part
 // changes its volume, area or centroid.
 #include <algorithm>
@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <nlohmann/json.hpp>
@@ -1042,6 +1043,134 @@ TEST(GlbReader, WrongFilesAreRefused) {
   expect_refused(read_glb(GlbBuilder::file_of(whole.dump(), good.bytes)), "not base64");
 }
 
+// --- glTF: text, and its bytes in other files
+
+Json gltf_with(const Json& buffers) {
+  Json json = plain_glb().json;
+  json["buffers"] = buffers;
+  return json;
+}
+// The points in one buffer and the corners in another.
+std::pair<std::string, std::string> points_and_corners() {
+  const std::string bytes = plain_glb().bytes;
+  return {bytes.substr(0, 144), bytes.substr(144)};
+}
+
+TEST(GltfReader, DataInTheTextOrInFilesNextToIt) {
+  const test::Folder folder;
+  const std::string bytes = plain_glb().bytes;
+  const auto write = [&](const std::string& name, const std::string& content) {
+    std::ofstream(folder.path / name, std::ios::binary) << content;
+    return folder.path / name;
+  };
+  const auto expect_read = [&](const Json& json, const std::string& what) {
+    Notes notes;
+    expect_solid(read_mesh(write("part.gltf", json.dump(2)), &notes), what, kOrigin, kGlb);
+    EXPECT_TRUE(notes.empty()) << what;
+  };
+  expect_read(gltf_with({{{"byteLength", bytes.size()},
+                          {"uri", "data:application/gltf-buffer;base64," + base64(bytes)}}}),
+              "data URI");
+  std::filesystem::create_directory(folder.path / "data");
+  for (const auto& [uri, name] :
+       std::vector<std::pair<std::string, std::string>>{{"part.bin", "part.bin"},
+                                                        {"./part.bin", "part.bin"},
+                                                        {"data/a.bin", "data/a.bin"},
+                                                        {"data/%61.bin", "data/a.bin"},
+                                                        {"my part.bin", "my part.bin"},
+                                                        {"my%20part.bin", "my part.bin"},
+                                                        {"100%.bin", "100%.bin"},
+                                                        {"50%25.bin", "50%.bin"},
+                                                        {"..bin", "..bin"},
+                                                        {"gr\xc3\xb6\xc3\x9f"
+                                                         "e.bin",
+                                                         "gr\xc3\xb6\xc3\x9f"
+                                                         "e.bin"},
+                                                        {"gr%C3%b6%c3%9Fe.bin",
+                                                         "gr\xc3\xb6\xc3\x9f"
+                                                         "e.bin"},
+                                                        {"without_ending", "without_ending"}}) {
+    write(name, bytes);
+    expect_read(gltf_with({{{"byteLength", bytes.size()}, {"uri", uri}}}), uri);
+    std::filesystem::remove(folder.path / name);
+  }
+  // Each buffer in a place of its own.
+  const auto [points, corners] = points_and_corners();
+  write("points.bin", points);
+  write("corners.bin", corners);
+  const std::string inside = "data:;base64," + base64(corners);
+  for (const std::string& second : {std::string("corners.bin"), inside}) {
+    Json json = gltf_with({{{"byteLength", points.size()}, {"uri", "points.bin"}},
+                           {{"byteLength", corners.size()}, {"uri", second}}});
+    json["bufferViews"][1]["buffer"] = 1;
+    json["bufferViews"][1]["byteOffset"] = 0;
+    // A file that no accessor needs may be missing.
+    json["buffers"].push_back({{"byteLength", 4}, {"uri", "animation.bin"}});
+    expect_read(json, second);
+  }
+  // A GLB file with the wrong ending.
+  expect_solid(read_mesh(write("b.gltf", plain_glb().file())), "b.gltf", kOrigin, kGlb);
+}
+
+TEST(GltfReader, OtherFilesAreRefused) {
+  const test::Folder folder;
+  const std::string bytes = plain_glb().bytes;
+  const auto write = [&](const std::filesystem::path& path, const std::string& content) {
+    std::ofstream(path, std::ios::binary) << content;
+    return path;
+  };
+  const std::filesystem::path inner = folder.path / "inner";
+  std::filesystem::create_directories(inner / "sub");
+  const std::filesystem::path secret = write(folder.path / "secret.bin", bytes);
+  write(inner / "sub" / "a.bin", bytes);
+  std::filesystem::create_symlink(secret, inner / "link.bin");
+  std::filesystem::create_symlink("sub/a.bin", inner / "good.bin");
+  ASSERT_EQ(mkfifo((inner / "pipe.bin").c_str(), 0600), 0);
+  const auto refused = [](const Result<TriangleMesh>& read, const std::string& expected) {
+    ASSERT_FALSE(read.ok()) << expected;
+    EXPECT_NE(read.error().find(expected), std::string::npos) << read.error();
+    EXPECT_EQ(read.error().find('\n'), std::string::npos) << read.error();
+  };
+  const auto expect_end = [&](const std::string& uri, const std::string& expected) {
+    const Json json = gltf_with({{{"byteLength", bytes.size()}, {"uri", uri}}});
+    const auto read = read_mesh(write(inner / "part.gltf", json.dump()));
+    refused(read, expected);
+    if (read.ok()) return;
+    EXPECT_NE(read.error().find("part.gltf: buffer 0 is in"), std::string::npos) << read.error();
+    EXPECT_NE(read.error().find("save all as one GLB file (.glb)"), std::string::npos);
+  };
+  const std::string outside = "outside of the file's folder";
+  expect_end(secret.string(), outside);
+  expect_end("../secret.bin", outside);
+  expect_end("sub/../../secret.bin", outside);
+  expect_end("sub/../sub/a.bin", outside);
+  expect_end("%2e%2e/secret.bin", outside);
+  expect_end("%2E.%2Fsecret.bin", outside);
+  expect_end("..\\secret.bin", outside);
+  expect_end("C:\\part.bin", outside);
+  expect_end("\\\\host\\part.bin", outside);
+  expect_end("link.bin", outside);
+  expect_end("..", outside);
+  for (const std::string scheme : {"http://", "https://", "file://", "file:", "ftp://"})
+    expect_end(scheme + secret.string(), "opens no addresses");
+  expect_end("missing.bin", "which is not there; put it next to the file");
+  expect_end("sub", "no file that can be read");
+  expect_end("pipe.bin", "no file that can be read");
+  expect_end("", "no name of a file");
+  expect_end("a%00.bin", "no name of a file");
+  // A link inside the folder is read.
+  Json json = gltf_with({{{"byteLength", bytes.size()}, {"uri", "good.bin"}}});
+  expect_solid(read_mesh(write(inner / "part.gltf", json.dump())), "link", kOrigin, kGlb);
+  // A file that is too short is checked like a chunk.
+  write(inner / "short.bin", bytes.substr(0, 200));
+  json = gltf_with({{{"byteLength", bytes.size()}, {"uri", "short.bin"}}});
+  refused(read_mesh(write(inner / "part.gltf", json.dump())), "bufferView 1 ends at byte");
+  // A .glb file reads no other file, even one next to it.
+  json = gltf_with({{{"byteLength", bytes.size()}, {"uri", "good.bin"}}});
+  refused(read_mesh(write(inner / "part.glb", json.dump())), "is in another file");
+  refused(read_mesh(write(inner / "part.gltf", "{\"buffers\":[")), "JSON is wrong");
+}
+
 TEST(MeshReaders, BrokenFilesAreRefusedOrSound) {
   torment(ascii_stl(), [](const std::string& b, Notes* n) { return parse_stl(b, "a", n); });
   torment(binary_stl("x", 3), [](const std::string& b, Notes* n) { return parse_stl(b, "a", n); });
@@ -1055,6 +1184,14 @@ TEST(MeshReaders, BrokenFilesAreRefusedOrSound) {
   const Parse glb_parser = [](const std::string& b, Notes* n) { return parse_glb(b, "a", n); };
   torment(plain_glb().file(), glb_parser);
   torment(quantized<int16_t>(5122, true, 100).file(), glb_parser);
+  const GltfFiles files = [] {
+    const std::string bytes = plain_glb().bytes;
+    GltfFiles made;
+    made.emplace("part.bin", std::vector<char>(bytes.begin(), bytes.end()));
+    return made;
+  }();
+  torment(gltf_with({{{"byteLength", 264}, {"uri", "part.bin"}}}).dump(),
+          [&](const std::string& b, Notes* n) { return parse_glb(b, "a", n, &files); });
 }
 
 // Through the helper program, as every mesh comes in: the solid, and what was left out.

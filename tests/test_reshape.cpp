@@ -447,6 +447,32 @@ TEST(Reshape, InflateGrowsABallByItsAmount) {
   }
 }
 
+// A ball next to a border of the lattice.
+TEST(Reshape, MaterialBeyondTheLatticeIsReported) {
+  const auto clipped = [](FieldVerb verb, const Vec3& centre, const Brush& brush) {
+    TriDexel model(cube(48));
+    add(model, SweptBall(LatticePoint{centre}, LatticeVector(), 14));
+    Reshaper reshaper;
+    const auto done = reshaper.dab(model, verb, brush, centre);
+    EXPECT_TRUE(done.ok());
+    EXPECT_EQ(disagreeing(model), 0);
+    return done.ok() && done.value().clipped;
+  };
+  Brush inflate = everywhere(1.2), deflate = everywhere(1.2), smooth = everywhere(2);
+  deflate.strength = -1;
+  smooth.keep_volume = true;
+  for (int axis = 0; axis < 3; axis++)
+    for (const bool far : {false, true})
+      for (const double gap : {0.2, 0.9, 1.6, 4.0}) {
+        Vec3 centre(24.1, 23.9, 24.3);
+        centre[axis] = far ? 48 - 14 - gap : 14 + gap;
+        EXPECT_EQ(clipped(FieldVerb::inflate, centre, inflate), gap < 1.2) << axis << far << gap;
+        EXPECT_FALSE(clipped(FieldVerb::inflate, centre, deflate)) << axis << far << gap;
+        EXPECT_FALSE(clipped(FieldVerb::smooth, centre, smooth)) << axis << far << gap;
+        EXPECT_FALSE(clipped(FieldVerb::rasp, centre, everywhere(2))) << axis << far << gap;
+      }
+}
+
 // A height map of ripples, cut from a block by adjacent columns.
 class Ripples final : public Solid {
  public:

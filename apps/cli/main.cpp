@@ -86,8 +86,9 @@ void add_picture_options(CLI::App* command, PictureArguments& arguments) {
       ->check(CLI::IsMember({"wood", "plain"}))
       ->capture_default_str();
   command
-      ->add_option("--samples", arguments.samples,
-                   "paths per pixel at edges; other pixels use an eighth of them and are smoothed")
+      ->add_option(
+          "--samples", arguments.samples,
+          "paths per pixel at edges; elsewhere a twelfth of them, and the light is smoothed")
       ->check(CLI::Range(1, 65536))
       ->capture_default_str();
 }

@@ -29,11 +29,12 @@ namespace {
 using namespace kibori;
 
 Result<TriangleMesh> parse(const std::vector<char>& bytes, const std::filesystem::path& path,
-                           std::vector<std::string>& notes) {
+                           const GltfFiles& files, std::vector<std::string>& notes) {
   const std::string ending = ending_of(path), name = path.string();
   const std::string_view text(bytes.data(), bytes.size());
   if (ending == ".3mf") return parse_3mf(bytes, name, &notes);
   if (ending == ".glb") return parse_glb(text, name, &notes);
+  if (ending == ".gltf") return parse_glb(text, name, &notes, &files);
   if (ending == ".obj") return parse_obj(text, name, &notes);
   if (ending == ".off") return parse_off(text, name, &notes);
   if (ending == ".ply") return parse_ply(bytes, name, &notes);
@@ -47,9 +48,15 @@ int fail(const std::string& what) {
 }
 
 int import_mesh(const std::vector<char>& bytes, const std::filesystem::path& path) {
+  GltfFiles files;
+  if (ending_of(path) == ".gltf") {
+    // Its text is parsed to find the names of its files. Only their folder can be read then.
+    confine_helper_to(path.parent_path().empty() ? "." : path.parent_path());
+    files = read_gltf_files({bytes.data(), bytes.size()}, path);
+  }
   confine_helper();
   std::vector<std::string> notes;
-  const Result<TriangleMesh> mesh = parse(bytes, path, notes);
+  const Result<TriangleMesh> mesh = parse(bytes, path, files, notes);
   if (!mesh) return fail(mesh.error());
   if (mesh.value().triangles.size() > kMaxImportTriangles)
     return fail(path.string() + ": has more than 100 million triangles; export fewer");

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A GLB file is a header, a chunk of JSON and a chunk of bytes:
+// A GLB file is a header, a chunk of JSON and a chunk of bytes. A .gltf file is the JSON alone; its
+// bytes are in data URIs or in files next to it. Both describe:
 //
 //   scene -> nodes (a tree of transforms) -> meshes -> primitives -> accessors -> buffer views
 //
@@ -18,6 +19,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include <kibori/base/file.h>
 #include <kibori/base/json.h>
 #include <kibori/base/tolerances.h>
 #include <kibori/formats/text.h>
@@ -86,14 +88,16 @@ const Json& list(const Json& object, const char* key) {
 
 Json parse_object(std::string_view text) {
   text = without_bom(text);
-  while (!text.empty() && is_space(text.back()))
-    text.remove_suffix(1);  // some files are padded with NUL
-  // No text that is used here needs letters beyond ASCII, so names in other encodings are accepted.
-  std::string ascii(text);
-  for (char& c : ascii)
-    if (static_cast<unsigned char>(c) >= 0x80) c = '?';
-  std::string why;
+  while (!text.empty() && is_space(text.back())) text.remove_suffix(1);  // NUL pads some files
+  std::string why, ascii(text);
   Json json = parse_json(ascii, &why);
+  if (json.is_discarded()) {
+    // Names in other encodings are no reason to refuse a file. Only names of files need letters
+    // beyond ASCII, and those are UTF-8.
+    for (char& c : ascii)
+      if (static_cast<unsigned char>(c) >= 0x80) c = '?';
+    json = parse_json(ascii, &why);
+  }
   if (json.is_discarded())
     throw Refusal("its JSON is invalid (" + why.substr(0, kShownJsonBytes) + "); export it again");
   if (!json.is_object()) throw Refusal("its JSON is not an object; export it again");
@@ -176,6 +180,71 @@ std::string decode_base64(std::string_view text, const std::string& where) {
   return bytes;
 }
 
+// --- data in other files
+
+constexpr std::string_view kDataUri = "data:";
+// Ends the messages about other files.
+constexpr const char* kUseGlb = ", or save all as one GLB file (.glb)";
+
+int hex_digit(char c) {
+  if (c >= '0' && c <= '9') return c - '0';
+  const char lower = static_cast<char>(c | 0x20);
+  return lower >= 'a' && lower <= 'f' ? lower - 'a' + 10 : -1;
+}
+
+// Undoes the escapes of a URI. A % without two digits stays: some programs do not escape names.
+std::string unescaped(std::string_view uri) {
+  std::string text;
+  for (size_t i = 0; i < uri.size(); i++) {
+    const int high = uri[i] == '%' && i + 2 < uri.size() ? hex_digit(uri[i + 1]) : -1,
+              low = high >= 0 ? hex_digit(uri[i + 2]) : -1;
+    text.push_back(low >= 0 ? static_cast<char>(16 * high + low) : uri[i]);
+    if (low >= 0) i += 2;
+  }
+  return text;
+}
+
+// True if a path can leave its folder. A \ counts as a /, because it is one on Windows.
+bool leaves_folder(const std::string& path) {
+  const auto is_separator = [](char c) { return c == '/' || c == '\\'; };
+  if (is_separator(path.front())) return true;
+  for (size_t begin = 0; begin <= path.size();) {
+    size_t end = begin;
+    while (end < path.size() && !is_separator(path[end])) end++;
+    if (path.substr(begin, end - begin) == "..") return true;
+    begin = end + 1;
+  }
+  return false;
+}
+
+// Reads the file that the URI of a buffer names, in the folder of the file `from`.
+Result<std::vector<char>> read_named(const std::string& uri, const std::filesystem::path& from) {
+  namespace fs = std::filesystem;
+  const auto refused = [&](const std::string& why) {
+    return Error{"is in " + in_quotes(uri) + ", " + why + kUseGlb};
+  };
+  const std::string name = unescaped(uri), outside = "outside of the file's folder; copy it there";
+  if (name.empty() || name.find('\0') != std::string::npos)
+    return refused("which is no name of a file; export it again");
+  if (const size_t colon = name.find(':'); colon < name.find_first_of("/\\")) {
+    // One letter is a drive of Windows.
+    if (colon == 1) return refused(outside);
+    if (colon != std::string::npos)
+      return refused("and Kibori opens no addresses; put it next to the file");
+  }
+  if (leaves_folder(name)) return refused(outside);
+  const fs::path folder = from.parent_path().empty() ? fs::path(".") : from.parent_path();
+  std::error_code error;
+  const fs::path inside = fs::canonical(folder, error), path = fs::canonical(folder / name, error);
+  if (error) return refused("which is not there; put it next to the file");
+  // A link may lead out of the folder.
+  const fs::path steps = path.lexically_relative(inside);
+  if (steps.empty() || *steps.begin() == "..") return refused(outside);
+  Result<std::vector<char>> bytes = read_file(path);
+  if (!bytes) return refused("which is no file that can be read; put it next to the file");
+  return bytes;
+}
+
 // --- accessors
 
 enum class ComponentType : uint64_t {
@@ -253,10 +322,11 @@ struct Accessor {
 
 class GlbParser {
  public:
-  GlbParser(std::string_view bytes, std::vector<std::string>* notes)
+  GlbParser(std::string_view bytes, std::vector<std::string>* notes, const GltfFiles* files)
       : container_(open_container(bytes)),
         json_(parse_object(container_.json)),
-        size_(bytes.size()),
+        files_(files),
+        size_(bytes.size() + bytes_of(files)),
         notes_(notes) {}
 
   TriangleMesh run() {
@@ -295,6 +365,13 @@ class GlbParser {
   }
 
  private:
+  static size_t bytes_of(const GltfFiles* files) {
+    size_t bytes = 0;
+    if (files)
+      for (const auto& [uri, file] : *files) bytes += file ? file.value().size() : 0;
+    return bytes;
+  }
+
   void note(const std::string& what) {
     if (notes_ && noted_.insert(what).second) notes_->push_back(sanitize_message(what));
   }
@@ -495,6 +572,16 @@ class GlbParser {
     return placed;
   }
 
+  // The bytes of another file.
+  std::string_view file_bytes(const std::string& uri, const std::string& where) const {
+    if (!files_)
+      throw Refusal(where + " is in another file, " + in_quotes(uri) + "; save it as one GLB file");
+    const auto found = files_->find(uri);
+    if (found == files_->end()) throw Refusal(where + " has no data; export it again");
+    if (!found->second) throw Refusal(where + " " + found->second.error());
+    return {found->second.value().data(), found->second.value().size()};
+  }
+
   // The bytes of a buffer. Those of data URIs are decoded once.
   std::string_view buffer(uint64_t index) {
     const Json& about = item("buffers", index);
@@ -509,9 +596,7 @@ class GlbParser {
     const std::string& text = uri.get_ref<const std::string&>();
     constexpr std::string_view kBase64 = ";base64,";
     const size_t comma = text.find(kBase64);
-    if (!text.starts_with("data:"))
-      throw Refusal(where + " is in another file, " + in_quotes(text) +
-                    "; save it as one GLB file");
+    if (!text.starts_with(kDataUri)) return file_bytes(text, where);
     if (comma == std::string::npos)
       throw Refusal(where + " has a data URI that is not base64; export it again");
     if (decoded_.size() <= index) decoded_.resize(index + 1);
@@ -620,7 +705,8 @@ class GlbParser {
 
   const Container container_;
   const Json json_;
-  const size_t size_;
+  const GltfFiles* files_;
+  const size_t size_;  // of the file, and of the files that it names
   std::vector<std::string>* notes_;
   std::set<std::string> noted_;
   std::vector<std::optional<std::string>> decoded_;  // buffers
@@ -630,11 +716,26 @@ class GlbParser {
 
 }  // namespace
 
+GltfFiles read_gltf_files(std::string_view bytes, const std::filesystem::path& path) {
+  GltfFiles files;
+  try {
+    const Json json = parse_object(open_container(bytes).json);
+    for (const Json& buffer : list(json, "buffers"))
+      if (const Json& uri = member(buffer, "uri"); uri.is_string())
+        if (const std::string text = text_of(uri);
+            !text.starts_with(kDataUri) && !files.contains(text))
+          files.emplace(text, read_named(text, path));
+  } catch (const Refusal&) {
+    // parse_glb reports it.
+  }
+  return files;
+}
+
 Result<TriangleMesh> parse_glb(std::string_view bytes, const std::string& name,
-                               std::vector<std::string>* notes) {
+                               std::vector<std::string>* notes, const GltfFiles* files) {
   try {
     std::vector<std::string> found_notes;
-    TriangleMesh mesh = GlbParser(bytes, &found_notes).run();
+    TriangleMesh mesh = GlbParser(bytes, &found_notes, files).run();
     for (const std::string& note : found_notes)
       if (notes) notes->push_back(name + ": " + note);
     return mesh;

@@ -26,6 +26,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <kibori/base/file.h>
 #include <kibori/base/memory.h>
 #include <kibori/base/tolerances.h>
 
@@ -54,12 +55,26 @@ struct VolumeHead {
   double voxel_mm[3];
 };
 
-// Parsers read megabytes per second, so this is far more than any parser needs.
-double seconds_for(const std::filesystem::path& path) {
+// The size of a file. A .gltf file has its data in .bin files next to it. Their names are unknown
+// here, so all of them count.
+double bytes_of(const std::filesystem::path& path) {
+  namespace fs = std::filesystem;
+  const auto size = [](const fs::path& file) {
+    std::error_code failed;
+    const auto bytes = fs::file_size(file, failed);
+    return failed ? 0 : static_cast<double>(bytes);
+  };
+  double bytes = size(path);
+  if (ending_of(path) != ".gltf") return bytes;
   std::error_code error;
-  const auto size = std::filesystem::file_size(path, error);
-  return 10 + (error ? 0 : static_cast<double>(size) * 1e-6);
+  fs::directory_iterator file(path.parent_path().empty() ? "." : path.parent_path(), error);
+  for (; !error && file != fs::directory_iterator(); file.increment(error))
+    if (ending_of(file->path()) == ".bin") bytes += size(file->path());
+  return bytes;
 }
+
+// Parsers read megabytes per second, so this is far more than any parser needs.
+double seconds_for(const std::filesystem::path& path) { return 10 + bytes_of(path) * 1e-6; }
 
 std::string helper_program() {
   if (const char* named = std::getenv("KIBORI_IMPORT")) return named;
@@ -277,6 +292,27 @@ Status run_helper(const std::filesystem::path& path, const Handle& memory) {
   return Ok{};
 }
 
+#ifndef KIBORI_SANITIZED
+// After this call, this process can read files below `folder` and open no others. Null: it opens
+// none.
+void restrict_files(const std::filesystem::path* folder) {
+  landlock_ruleset_attr nothing = {};
+  // All access rights that Landlock's first version knows.
+  nothing.handled_access_fs = (LANDLOCK_ACCESS_FS_MAKE_SYM << 1) - 1;
+  const Handle rules(
+      static_cast<int>(syscall(SYS_landlock_create_ruleset, &nothing, sizeof nothing, 0)));
+  if (rules.get() < 0) return;
+  if (folder) {
+    const Handle parent(open(folder->c_str(), O_PATH | O_CLOEXEC));
+    landlock_path_beneath_attr readable = {};
+    readable.allowed_access = LANDLOCK_ACCESS_FS_READ_FILE;
+    readable.parent_fd = parent.get();
+    syscall(SYS_landlock_add_rule, rules.get(), LANDLOCK_RULE_PATH_BENEATH, &readable, 0);
+  }
+  syscall(SYS_landlock_restrict_self, rules.get(), 0);
+}
+#endif
+
 Handle memory_file() { return Handle(memfd_create("import", MFD_CLOEXEC)); }
 
 }  // namespace
@@ -303,10 +339,9 @@ bool limit_helper(const std::filesystem::path& path) {
     return setrlimit(what, &limit) == 0;
   };
   std::error_code error;
-  const auto size = std::filesystem::file_size(path, error);
-  if (error) return true;  // the parser reports the error
+  if (!std::filesystem::exists(path, error)) return true;  // the parser reports the error
   // Parsers hold a file several times, as text, tokens and numbers.
-  double memory = 1e9 + 200 * static_cast<double>(size);
+  double memory = 1e9 + 200 * bytes_of(path);
   if (const double there = available_bytes(); there > 0)
     memory = std::min(memory, std::max(1e9, 0.8 * there));
   prctl(PR_SET_PDEATHSIG, SIGKILL);  // nobody reads the result of a caller that has ended
@@ -318,17 +353,16 @@ bool limit_helper(const std::filesystem::path& path) {
   return bounded && set(RLIMIT_CORE, 0) && set(RLIMIT_CPU, seconds_for(path));
 }
 
-void confine_helper() {
+void confine_helper_to([[maybe_unused]] const std::filesystem::path& folder) {
 #ifndef KIBORI_SANITIZED  // sanitisers open files to report errors
+  if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0) restrict_files(&folder);
+#endif
+}
+
+void confine_helper() {
+#ifndef KIBORI_SANITIZED
   if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) return;
-  landlock_ruleset_attr nothing = {};
-  // All access rights that Landlock's first version knows.
-  nothing.handled_access_fs = (LANDLOCK_ACCESS_FS_MAKE_SYM << 1) - 1;
-  const long rules = syscall(SYS_landlock_create_ruleset, &nothing, sizeof nothing, 0);
-  if (rules >= 0) {
-    syscall(SYS_landlock_restrict_self, rules, 0);
-    close(static_cast<int>(rules));
-  }
+  restrict_files(nullptr);
 #if defined(__x86_64__)
   constexpr uint32_t kMachine = AUDIT_ARCH_X86_64;
 #elif defined(__aarch64__)

@@ -24,8 +24,9 @@ Result<TriangleMesh> read_in_helper(const std::filesystem::path& path,
 Result<LabelVolume> read_volume_in_helper(const std::filesystem::path& path);
 
 // For the helper. limit_helper lowers this process's limits to what a file of this size can need.
-// The others write a mesh with its notes, or a volume, to the memory file. All return false on
-// failure.
+// The size of a .gltf file includes the .bin files in its folder.
+// The others write a mesh and its notes, or a volume, to the memory file. All return false if they
+// fail.
 bool limit_helper(const std::filesystem::path& path);
 bool send_mesh(const TriangleMesh& mesh, const std::vector<std::string>& notes);
 bool send_volume(const LabelVolume& volume);
@@ -33,5 +34,8 @@ bool send_volume(const LabelVolume& volume);
 // The kernel enforces this as far as it can (Landlock since Linux 5.13, and seccomp). Handles that
 // are open stay open.
 void confine_helper();
+// The same, but files below `folder` can be read. confine_helper takes that away, too. Without
+// Landlock, all files can be read until then.
+void confine_helper_to(const std::filesystem::path& folder);
 
 }  // namespace kibori

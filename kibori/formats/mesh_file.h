@@ -14,11 +14,11 @@
 
 namespace kibori {
 
-// The mesh in mm with Z up: .stl, .obj, .ply and .off have no units, and their numbers are used as
-// mm; .3mf is scaled by its unit; .glb is turned from Y up and scaled from metres. `notes` receives
-// a sentence, with the file's name, for everything that was left out. Errors: unknown ending,
-// unreadable, malformed (with byte or line), no triangles, non-finite coordinates, more than
-// kMaxImportTriangles, and those of read_in_helper.
+// The mesh in mm with Z up: .stl, .obj, .ply and .off have no units and are taken as they are; .3mf
+// is scaled by its unit; .glb and .gltf are turned from Y up and scaled from metres. `notes`
+// receives a sentence, with the file's name, for everything that was left out. Errors: unknown
+// ending, unreadable, malformed (with byte or line), no triangles, non-finite coordinates, more than
+// kMaxImportTriangles, what read_in_helper says.
 Result<TriangleMesh> read_mesh(const std::filesystem::path& path,
                                std::vector<std::string>* notes = nullptr);
 

@@ -31,6 +31,7 @@ inline constexpr MeshFormat kMeshFormats[] = {
     {".off", false, 1, "Files of this type are mostly in mm", MeshFormat::Up::perhaps_z},
     {".3mf", true, 1, "The file states its unit", MeshFormat::Up::mostly_z},
     {".glb", true, 1000, "GLB files are in metres", MeshFormat::Up::turned},
+    {".gltf", false, 1000, "glTF files are in metres", MeshFormat::Up::turned},
 };
 
 // The format of an ending; null if it is unknown.

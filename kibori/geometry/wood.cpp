@@ -7,9 +7,11 @@
 
 namespace kibori {
 
-double corner_value(int x, int y, int z) {
-  uint32_t h = static_cast<uint32_t>(x) * 0x8da6b343u ^ static_cast<uint32_t>(y) * 0xd8163841u ^
-               static_cast<uint32_t>(z) * 0xcb1ab31fu;
+namespace {
+
+constexpr uint32_t kHashX = 0x8da6b343u, kHashY = 0xd8163841u, kHashZ = 0xcb1ab31fu;
+
+double value_of_hash(uint32_t h) {
   h ^= h >> 15;
   h *= 0x2c1b3c6du;
   h ^= h >> 12;
@@ -18,17 +20,31 @@ double corner_value(int x, int y, int z) {
   return h * 0x1p-32;
 }
 
+}  // namespace
+
+double corner_value(int x, int y, int z) {
+  return value_of_hash(static_cast<uint32_t>(x) * kHashX ^ static_cast<uint32_t>(y) * kHashY ^
+                       static_cast<uint32_t>(z) * kHashZ);
+}
+
 double value_noise(const Vec3& p) {
-  const Vec3 floor = p.array().floor();
-  const Vec3 f = p - floor;
-  const Vec3 s = f.array() * f.array() * (3 - 2 * f.array());
-  const int x = static_cast<int>(floor.x()), y = static_cast<int>(floor.y()),
-            z = static_cast<int>(floor.z());
+  constexpr uint32_t kHashes[3] = {kHashX, kHashY, kHashZ};
+  uint32_t hashes[3][2];  // per axis, of the lower and the upper corners
+  double weights[3][2];
+  for (int i = 0; i < 3; i++) {
+    int floor = static_cast<int>(p[i]);  // std::floor is a function call on x86-64
+    floor -= p[i] < floor;
+    const double f = p[i] - floor, s = f * f * (3 - 2 * f);
+    weights[i][0] = 1 - s;
+    weights[i][1] = s;
+    hashes[i][0] = static_cast<uint32_t>(floor) * kHashes[i];
+    hashes[i][1] = hashes[i][0] + kHashes[i];
+  }
   double sum = 0;
   for (int c = 0; c < 8; c++) {
-    const double weight =
-        (c & 1 ? s.x() : 1 - s.x()) * (c & 2 ? s.y() : 1 - s.y()) * (c & 4 ? s.z() : 1 - s.z());
-    sum += weight * corner_value(x + (c & 1), y + (c >> 1 & 1), z + (c >> 2));
+    const int x = c & 1, y = c >> 1 & 1, z = c >> 2;
+    sum += weights[0][x] * weights[1][y] * weights[2][z] *
+           value_of_hash(hashes[0][x] ^ hashes[1][y] ^ hashes[2][z]);
   }
   return 2 * sum - 1;
 }

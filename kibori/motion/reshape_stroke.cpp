@@ -167,6 +167,7 @@ void ReshapeStroke::hold(const Reshaped& what, const Vec3& centre, Sums& sums) c
   sums.added += what.added_mm3;
   sums.removed += what.removed_mm3;
   sums.points += what.points;
+  sums.clipped |= what.clipped;
   for (size_t i = 0; i < what.parts.size(); i++) {
     const Reshaped::Part& part = what.parts[i];
     if (!(part.share > 0)) continue;
@@ -236,6 +237,7 @@ Status ReshapeStroke::crease(const Vec3& centre, Sums& sums) {
   sums.added += pinched.value().added_mm3;
   sums.removed += pinched.value().removed_mm3;
   sums.points += pinched.value().points;
+  sums.clipped |= pinched.value().clipped;
   brush.strength = -settings_.brush.strength;
   if (!(brush.sigma_mm > 0)) brush.sigma_mm = kCreaseDepth * brush.radius_mm;
   brush.radius_mm *= kCreaseWidth;

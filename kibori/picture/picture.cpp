@@ -2,6 +2,7 @@
 #include <kibori/picture/picture.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -28,6 +29,7 @@ constexpr int kRows = 8;  // per piece of work
 // The sky's light from the horizon and from straight above, and the ground's.
 const Rgb3 kSky(0.62, 0.64, 0.68);
 constexpr double kGround = 0.34, kHorizon = 0.75, kAbove = 0.45;
+constexpr double kMaxShadow = 3;   // shadows on the ground fade with distance, and end here [sizes]
 constexpr double kBlocked = 0.22;  // light from the object itself, as a share of its colour
 
 // Smoothing of the light: a pixel within one face needs a few paths only. Its light is a mean over
@@ -35,8 +37,12 @@ constexpr double kBlocked = 0.22;  // light from the object itself, as a share o
 // distance between these pixels is 1, 2 and 4.
 constexpr int kPasses = 3;
 constexpr int kMargin = 2 * (1 + 2 + 4) + 1;
+constexpr int kReach = 2 * 4;       // of one pass
 constexpr int kBandRows = 256;      // rows that are smoothed at once; bounds the memory
-constexpr double kSameFace = 0.97;  // cosine between the normals of a face's pixels
+constexpr float kSameFace = 0.97f;  // cosine between the normals of a face's pixels
+constexpr int kColumns = 128;       // that are smoothed at once; bounds the stack
+constexpr float kSharpness = 8;     // exponent of the filter's bell
+constexpr float kFlat = 0.1f;       // maximum slope between a face's pixels
 
 double linear(double srgb) {
   return srgb <= 0.04045 ? srgb / 12.92 : std::pow((srgb + 0.055) / 1.055, 2.4);
@@ -45,15 +51,25 @@ double srgb(double light) {
   return light <= 0.0031308 ? 12.92 * light : 1.055 * std::pow(light, 1 / 2.4) - 0.055;
 }
 
-Rgb3 linear(const std::array<uint8_t, 3>& c) {
-  return {linear(c[0] / 255.0), linear(c[1] / 255.0), linear(c[2] / 255.0)};
+template <int exponent>
+double power(double x) {
+  if constexpr (exponent == 0) return 1;
+  const double half = power<exponent / 2>(x);
+  return exponent % 2 ? half * half * x : half * half;
 }
 
-// A point of the plastic-number sequence in the unit square, shifted by a pixel's own offset.
+Rgb3 linear(const std::array<uint8_t, 3>& c) {
+  static const std::array<double, 256> kLinear = [] {
+    std::array<double, 256> table;
+    for (size_t i = 0; i < table.size(); i++) table[i] = linear(static_cast<double>(i) / 255);
+    return table;
+  }();
+  return {kLinear[c[0]], kLinear[c[1]], kLinear[c[2]]};
+}
+
 struct Pair {
   double x, y;
 };
-double fraction(double x) { return x - std::floor(x); }
 uint32_t mix(uint32_t h) {
   h ^= h >> 16;
   h *= 0x7feb352du;
@@ -61,37 +77,83 @@ uint32_t mix(uint32_t h) {
   h *= 0x846ca68bu;
   return h ^ h >> 16;
 }
+uint32_t reversed(uint32_t x) {
+  x = x >> 16 | x << 16;
+  x = (x & 0xff00ff00u) >> 8 | (x & 0x00ff00ffu) << 8;
+  x = (x & 0xf0f0f0f0u) >> 4 | (x & 0x0f0f0f0fu) << 4;
+  x = (x & 0xccccccccu) >> 2 | (x & 0x33333333u) << 2;
+  return (x & 0xaaaaaaaau) >> 1 | (x & 0x55555555u) << 1;
+}
+// Permutes numbers so that numbers with the same last bits keep the same last bits (Laine and
+// Karras, "Stratified sampling for stochastic transparency", 2011).
+uint32_t permuted(uint32_t x, uint32_t seed) {
+  x += seed;
+  x ^= x * 0x6c50b47cu;
+  x ^= x * 0xb82f1e52u;
+  x ^= x * 0xc7afe638u;
+  return x ^ x * 0x8d22f6e6u;
+}
+// Spreads the bits of a coordinate, so that two of them can be interleaved.
+uint32_t spread(uint32_t x) {
+  x &= 0xffffu;
+  x = (x | x << 8) & 0x00ff00ffu;
+  x = (x | x << 4) & 0x0f0f0f0fu;
+  x = (x | x << 2) & 0x33333333u;
+  return (x | x << 1) & 0x55555555u;
+}
+
+// Points in the unit square for the paths of a pixel. All pixels share one sequence of Sobol,
+// scrambled for each purpose (Burley, "Practical hash-based Owen scrambling", 2020). Pixels take
+// their points in Z-order (Ahmed and Wonka, "Screen-space blue-noise diffusion", 2020). Therefore,
+// the points of a square of pixels are as even as those of one pixel. Few points per pixel suffice
+// where neighbours are averaged.
 class Sampler {
  public:
   Sampler(int x, int y)
-      : seed_(mix(static_cast<uint32_t>(x) + mix(static_cast<uint32_t>(y) + 0x9e3779b9u))) {}
-  // The i-th of the pixel's points for one purpose.
-  Pair get(int i, uint32_t purpose) const {
-    const uint32_t h = mix(seed_ + purpose * 0x85ebca6bu);
-    return {fraction(h * 0x1p-32 + i * 0.7548776662466927),
-            fraction(mix(h) * 0x1p-32 + i * 0.5698402909980532)};
+      : order_(spread(static_cast<uint32_t>(x)) | spread(static_cast<uint32_t>(y)) << 1) {}
+  // Point `i` of `count` points for one purpose. `count` is a power of two.
+  Pair get(int i, int count, uint32_t purpose) const {
+    const uint32_t number = order_ * static_cast<uint32_t>(count) + static_cast<uint32_t>(i),
+                   seed = mix((purpose + 1) * 0x85ebca6bu),
+                   index = permuted(reversed(number), seed);
+    uint32_t y = index;  // the second dimension of Sobol's sequence
+    y ^= y << 16;
+    y ^= (y & 0x00ff00ffu) << 8;
+    y ^= (y & 0x0f0f0f0fu) << 4;
+    y ^= (y & 0x33333333u) << 2;
+    y ^= (y & 0x55555555u) << 1;
+    return {scrambled(index, seed ^ 0x2c1b3c6du), scrambled(y, seed ^ 0x297a2d39u)};
   }
 
  private:
-  uint32_t seed_;
+  static double scrambled(uint32_t x, uint32_t seed) {
+    return reversed(permuted(reversed(x), seed)) * 0x1p-32;
+  }
+  uint32_t order_;
 };
 
+// A normal and two directions across (Duff and others, "Building an orthonormal basis, revisited",
+// 2017).
 struct Frame {
   Vec3 u, v, n;
   explicit Frame(const Vec3& normal) : n(normal) {
-    u = (std::abs(n.x()) < 0.7 ? Vec3::UnitX() : Vec3::UnitY()).cross(n).normalized();
-    v = n.cross(u);
+    const double sign = n.z() < 0 ? -1 : 1, a = -1 / (sign + n.z()), b = n.x() * n.y() * a;
+    u = Vec3(1 + sign * n.x() * n.x() * a, sign * b, -sign * n.x());
+    v = Vec3(b, sign + n.y() * n.y() * a, -n.y());
   }
-  Vec3 world(double x, double y, double z) const { return x * u + y * v + z * n; }
 };
 
+// A point at distance `r` in the directions across, at the share `turn` of a full turn.
+Vec3 across(const Frame& frame, double r, double turn) {
+  const float angle = static_cast<float>(2 * kPi * turn);
+  return r * static_cast<double>(std::cos(angle)) * frame.u +
+         r * static_cast<double>(std::sin(angle)) * frame.v;
+}
 Vec3 on_disc(const Frame& frame, Pair p, double radius) {
-  const double r = radius * std::sqrt(p.x), a = 2 * kPi * p.y;
-  return frame.n + frame.world(r * std::cos(a), r * std::sin(a), 0);
+  return frame.n + across(frame, radius * std::sqrt(p.x), p.y);
 }
 Vec3 on_hemisphere(const Frame& frame, Pair p) {  // cosine-weighted
-  const double r = std::sqrt(p.x), a = 2 * kPi * p.y;
-  return frame.world(r * std::cos(a), r * std::sin(a), std::sqrt(std::max(0.0, 1 - p.x)));
+  return across(frame, std::sqrt(p.x), p.y) + std::sqrt(std::max(0.0, 1 - p.x)) * frame.n;
 }
 
 class Scene {
@@ -170,6 +232,48 @@ class Scene {
   bool good_ = false;
 };
 
+// What smoothing reads of consecutive pixels, see Painter::Band.
+struct Lists {
+  const float *group, *x, *y, *z, *nx, *ny, *nz, *lamp, *blocked;
+};
+// Weights of one pass of smoothing, for some columns of a row, and sums.
+struct Sums {
+  float lamp_rate[kColumns], sky_rate[kColumns];
+  float lamp_weight[kColumns] = {}, lamp[kColumns] = {};
+  float sky_weight[kColumns] = {}, blocked[kColumns] = {};
+};
+
+// About exp(kSharpness * x) for x <= 0, without a call.
+float bell(float x) {
+  float y = 1 + x;
+  y = (y + std::abs(y)) / 2;  // 0 if it is negative
+  y *= y;
+  y *= y;
+  return y * y;
+}
+
+// Adds the neighbours `there` of the pixels `here` to the sums, if they are of the same face. GCC
+// turns the loop into vectors because its count is constant and it has no calls or conditions.
+void add_neighbours(const Lists& here, const Lists& there, float tap, Sums& __restrict sums) {
+  const Lists a = here, b = there;
+  for (int i = 0; i < kColumns; i++) {
+    const float dx = b.x[i] - a.x[i], dy = b.y[i] - a.y[i], dz = b.z[i] - a.z[i];
+    const float off = dx * a.nx[i] + dy * a.ny[i] + dz * a.nz[i];
+    const float cosine = a.nx[i] * b.nx[i] + a.ny[i] * b.ny[i] + a.nz[i] * b.nz[i];
+    const int same = (off * off <= kFlat * kFlat * (dx * dx + dy * dy + dz * dz)) &
+                     (cosine >= kSameFace) & (a.group[i] == b.group[i]);
+    const float weight = tap * static_cast<float>(same);
+    // Lights that differ by more than the noise are the border of a shadow.
+    const float lamp_step = b.lamp[i] - a.lamp[i], sky_step = b.blocked[i] - a.blocked[i];
+    const float by_lamp = weight * bell(lamp_step * lamp_step * sums.lamp_rate[i]),
+                by_sky = weight * bell(sky_step * sky_step * sums.sky_rate[i]);
+    sums.lamp_weight[i] += by_lamp;
+    sums.lamp[i] += by_lamp * b.lamp[i];
+    sums.sky_weight[i] += by_sky;
+    sums.blocked[i] += by_sky * b.blocked[i];
+  }
+}
+
 class Painter {
  public:
   Painter(const Surface& surface, std::span<const std::array<uint8_t, 3>> colors,
@@ -180,81 +284,105 @@ class Painter {
     size_ = box_.size().norm();
     place_camera();
     const Vec3 side = right_, up = Vec3::UnitZ();
-    // From the upper left, slightly on the camera's side.
-    light_ = (-0.75 * side - 0.55 * forward_flat() + 1.15 * up).normalized();
+    // From the left, above, a little from the camera's side.
+    light_ = Frame((-0.75 * side - 0.55 * forward_flat() + 1.15 * up).normalized());
+    for (const std::array<uint8_t, 3>& color : colors) linear_colors_.push_back(linear(color));
     log_ = log_of(options.plank.value_or(box_), options.log);
   }
 
-  // The light of the lamp and of the sky at a point. The colour is
-  // seen * by_lamp + (1 - blocked) * by_sky + blocked * by_object + rest.
+  // What light from the lamp and the sky makes of a point. The colour is
+  // lamp * by_lamp + (1 - blocked) * by_sky + blocked * by_object + mirrored * by_mirror + rest.
   struct Shade {
-    Rgb3 by_lamp = Rgb3::Zero(), by_sky = Rgb3::Zero(), by_object = Rgb3::Zero(),
-         rest = Rgb3::Ones();
-    double seen = 0;     // share of the lamp that the point sees
-    double blocked = 0;  // share of the sky that the object blocks
-    Rgb3 light() const {
-      return seen * by_lamp + (1 - blocked) * by_sky + blocked * by_object + rest;
+    Rgb3 by_lamp = Rgb3::Zero(), by_sky = Rgb3::Zero(), by_object = Rgb3::Zero();
+    double by_mirror = 0, rest = 1;
+
+    void operator+=(const Shade& other) {
+      by_lamp += other.by_lamp;
+      by_sky += other.by_sky;
+      by_object += other.by_object;
+      by_mirror += other.by_mirror;
+      rest += other.rest;
     }
+  };
+  // What a point sees along its rays.
+  struct Seen {
+    float lamp = 0;      // share of the lamp
+    float blocked = 0;   // share of the sky that the object blocks
+    float mirrored = 0;  // brightness of what the varnish reflects
   };
   enum class Kind : uint8_t { white, ground, object, edge };
-  struct Pixel {
-    Kind kind = Kind::white;
-    Shade shade;                // mean
-    Rgb3 shown = Rgb3::Ones();  // of an edge
-    Vec3 point = Vec3::Zero(), normal = Vec3::Zero();
-    double seen_before = 0, blocked_before = 0;  // of the last pass
+  // Pixels of a band of rows. Smoothing reads lists of floats, so that the compiler can use vectors.
+  struct Band {
+    Band(int width_, int rows_)
+        : width(width_), rows(rows_), kinds(count()), missed(count()), shades(count()) {
+      for (std::vector<float>* list : {&group, &x, &y, &z, &nx, &ny, &nz, &lamp, &blocked,
+                                       &mirrored, &next_lamp, &next_blocked})
+        list->resize(count());
+    }
+    // A row is a whole number of kColumns, between columns that no pixel is smoothed with.
+    size_t stride() const {
+      return static_cast<size_t>((width + kColumns - 1) / kColumns * kColumns + 2 * kReach);
+    }
+    size_t count() const { return stride() * static_cast<size_t>(rows); }
+    size_t index(int column, int row) const {
+      return static_cast<size_t>(row) * stride() + static_cast<size_t>(kReach + column);
+    }
+    Lists from(size_t i) const {
+      return {&group[i], &x[i], &y[i], &z[i], &nx[i], &ny[i], &nz[i], &lamp[i], &blocked[i]};
+    }
+    Eigen::Vector3f normal(size_t i) const { return {nx[i], ny[i], nz[i]}; }
+    Seen seen(size_t i) const { return {lamp[i], blocked[i], mirrored[i]}; }
+
+    int width, rows;
+    std::vector<Kind> kinds;
+    std::vector<uint8_t> missed;       // edges that trace() did not find
+    std::vector<Shade> shades;         // means; of an edge, by_lamp is its colour
+    std::vector<float> group;          // the kind if the light is smoothed, else 0
+    std::vector<float> x, y, z;        // a point of the pixel
+    std::vector<float> nx, ny, nz;     // its normal; zero if it is not smoothed
+    std::vector<float> lamp, blocked;  // means, see Seen
+    std::vector<float> mirrored;
+    std::vector<float> next_lamp, next_blocked;  // of the next pass
   };
 
-  // Traces the light paths of a row.
-  void trace(int y, Pixel* pixels) const {
-    for (int x = 0; x < options_.width; x++) pixels[x] = trace(x, y);
+  // Traces the paths of row `row` of the band. The row is row `y` of the picture.
+  void trace(Band& band, int row, int y) const {
+    for (int x = 0; x < band.width; x++) trace(band, band.index(x, row), x, y);
   }
 
-  // One pass of smoothing for a row. `pixels`: rows of the band, which begins at row 0.
-  void smooth(std::vector<Pixel>& pixels, int rows, int y, int distance) const {
-    constexpr double kTaps[] = {3.0 / 8, 1.0 / 4, 1.0 / 16};
-    const int width = options_.width;
-    const auto at = [&](int px, int py) -> Pixel& {
-      return pixels[static_cast<size_t>(py) * static_cast<size_t>(width) + static_cast<size_t>(px)];
-    };
-    for (int x = 0; x < width; x++) {
-      Pixel& pixel = at(x, y);
-      if (pixel.kind != Kind::ground && pixel.kind != Kind::object) continue;
-      double sum = 0, seen = 0, blocked = 0;
-      // The noise of paths that see the lamp or do not.
-      const double noise = 0.5 / paths_ / distance,
-                   spread_seen = noise + pixel.seen_before * (1 - pixel.seen_before) / paths_,
-                   spread_blocked =
-                       noise + pixel.blocked_before * (1 - pixel.blocked_before) / paths_;
-      double seen_sum = 0;
-      for (int dy = -2; dy <= 2; dy++)
-        for (int dx = -2; dx <= 2; dx++) {
-          const int px = x + dx * distance, py = y + dy * distance;
-          if (px < 0 || px >= width || py < 0 || py >= rows) continue;
-          const Pixel& other = at(px, py);
-          if (other.kind != pixel.kind || other.normal.dot(pixel.normal) < kSameFace) continue;
-          const Vec3 apart = other.point - pixel.point;
-          if (std::abs(apart.dot(pixel.normal)) >
-              0.1 * std::sqrt(apart.squaredNorm()) + 1e-9 * size_)
-            continue;
-          const double weight = kTaps[std::abs(dx)] * kTaps[std::abs(dy)];
-          // Lights that differ by more than the noise are the border of a shadow.
-          const double by_seen = other.seen_before - pixel.seen_before,
-                       by_blocked = other.blocked_before - pixel.blocked_before;
-          const double w = weight * std::exp(-by_blocked * by_blocked / (4 * spread_blocked)),
-                       ws = weight * std::exp(-by_seen * by_seen / (4 * spread_seen));
-          sum += w;
-          blocked += w * other.blocked_before;
-          seen_sum += ws;
-          seen += ws * other.seen_before;
-        }
-      pixel.shade.seen = seen / seen_sum;
-      pixel.shade.blocked = blocked / sum;
+  // Finds the pixels of a row that have a neighbour of another face. Their few paths may have missed
+  // it. trace_missed traces them as edges.
+  void find_missed(Band& band, int row) const {
+    for (int x = 0; x < band.width; x++) {
+      const size_t here = band.index(x, row);
+      const auto differs = [&](int column, int other_row) {
+        if (column < 0 || column >= band.width || other_row < 0 || other_row >= band.rows)
+          return false;
+        const size_t there = band.index(column, other_row);
+        if (band.kinds[there] == Kind::edge) return false;
+        return band.group[there] != band.group[here] ||
+               (band.group[here] != 0 && band.normal(there).dot(band.normal(here)) < kSmoothCosine);
+      };
+      band.missed[here] =
+          band.kinds[here] != Kind::edge && (differs(x - 1, row) || differs(x + 1, row) ||
+                                             differs(x, row - 1) || differs(x, row + 1));
     }
   }
+  void trace_missed(Band& band, int row, int y) const {
+    for (int x = 0; x < band.width; x++)
+      if (band.missed[band.index(x, row)]) trace_edge(band, band.index(x, row), x, y);
+  }
 
-  std::array<uint8_t, 3> color(const Pixel& pixel) const {
-    const Rgb3 light = pixel.kind == Kind::edge ? pixel.shown : shown(pixel.shade.light());
+  // One pass of smoothing for a row.
+  void smooth(Band& band, int y, int distance) const {
+    for (int x = 0; x < band.width; x += kColumns) smooth(band, x, y, distance);
+  }
+
+  std::array<uint8_t, 3> color(const Band& band, size_t pixel) const {
+    if (band.kinds[pixel] == Kind::white) return {255, 255, 255};
+    const Rgb3 light = band.kinds[pixel] == Kind::edge
+                           ? band.shades[pixel].by_lamp
+                           : shown(light_of(band.shades[pixel], band.seen(pixel)));
     std::array<uint8_t, 3> color;
     for (int c = 0; c < 3; c++)
       color[static_cast<size_t>(c)] =
@@ -305,91 +433,151 @@ class Painter {
     return light.min(4.0) / (1 + 0.12 * (light.min(4.0) - 1).max(0.0));
   }
 
+  static Rgb3 light_of(const Shade& shade, const Seen& seen) {
+    return static_cast<double>(seen.lamp) * shade.by_lamp +
+           static_cast<double>(1 - seen.blocked) * shade.by_sky +
+           static_cast<double>(seen.blocked) * shade.by_object +
+           static_cast<double>(seen.mirrored) * shade.by_mirror + shade.rest;
+  }
+
+  void smooth(Band& band, int x, int y, int distance) const {
+    const size_t here = band.index(x, y);
+    const float* group = &band.group[here];
+    if (std::all_of(group, group + kColumns, [](float g) { return g == 0; })) return;
+    // The noise of paths that see the lamp or do not.
+    const float noise = 0.5f / static_cast<float>(paths_ * distance),
+                per_path = 1 / static_cast<float>(paths_);
+    const auto rate = [&](float seen) {
+      return -1 / (4 * kSharpness * (noise + seen * (1 - seen) * per_path));
+    };
+    Sums sums;
+    for (size_t i = 0; i < kColumns; i++) {
+      sums.lamp_rate[i] = rate(band.lamp[here + i]);
+      sums.sky_rate[i] = rate(band.blocked[here + i]);
+    }
+    constexpr float kTaps[] = {3.0f / 8, 1.0f / 4, 1.0f / 16};
+    for (int dy = -2; dy <= 2; dy++) {
+      const int row = y + dy * distance;
+      if (row < 0 || row >= band.rows) continue;
+      for (int dx = -2; dx <= 2; dx++)
+        add_neighbours(band.from(here), band.from(band.index(x + dx * distance, row)),
+                       kTaps[std::abs(dx)] * kTaps[std::abs(dy)], sums);
+    }
+    for (size_t i = 0; i < kColumns; i++) {
+      band.next_lamp[here + i] = sums.lamp_weight[i] > 0 ? sums.lamp[i] / sums.lamp_weight[i] : 0;
+      band.next_blocked[here + i] =
+          sums.sky_weight[i] > 0 ? sums.blocked[i] / sums.sky_weight[i] : 0;
+    }
+  }
+
   // A point that a path sees first.
-  struct Seen {
+  struct Point {
     Kind kind = Kind::white;
     Shade shade;
     Vec3 point = Vec3::Zero(), normal = Vec3::Zero();
+    Vec3 start = Vec3::Zero(), mirrored = Vec3::Zero();  // of rays to the light
   };
 
-  Pixel trace(int x, int y) const {
+  void trace(Band& band, size_t pixel, int x, int y) const {
     const Sampler sampler(x, y);
-    const auto path = [&](int i) {
-      const Pair p = sampler.get(i, 0);
-      return seen_along(x + p.x, y + p.y, sampler, i);
-    };
-    Pixel pixel;
-    Rgb3 sum = Rgb3::Zero();
+    Kind& kind = band.kinds[pixel];
+    Eigen::Vector3f normal = Eigen::Vector3f::Zero();
     Shade all;
-    all.rest = Rgb3::Zero();
-    for (int i = 0; i < paths_; i++) {
-      const Seen seen = path(i);
+    all.rest = 0;
+    Seen seen;
+    for (int i = 0; i < paths_ && kind != Kind::edge; i++) {
+      const Point point = point_along(x, y, sampler.get(i, paths_, 0));
       if (i == 0) {
-        pixel.kind = seen.kind;
-        pixel.point = seen.point;
-        pixel.normal = seen.normal;
-      } else if (seen.kind != pixel.kind || seen.normal.dot(pixel.normal) < kSmoothCosine) {
-        if (!(seen.kind == Kind::white && pixel.kind == Kind::white)) pixel.kind = Kind::edge;
+        kind = point.kind;
+        normal = point.normal.cast<float>();
+        place(band, pixel, point);
+      } else if (point.kind != kind ||
+                 (kind != Kind::white && point.normal.cast<float>().dot(normal) < kSmoothCosine)) {
+        kind = Kind::edge;
       }
+      all += point.shade;
+      look(point, sampler, i, paths_, seen);
+    }
+    if (kind == Kind::edge) return trace_edge(band, pixel, x, y);
+    const double share = 1.0 / paths_;
+    const float light = static_cast<float>(share);
+    for (Rgb3* part : {&all.by_lamp, &all.by_sky, &all.by_object}) *part *= share;
+    all.by_mirror *= share;
+    all.rest *= share;
+    band.shades[pixel] = all;
+    band.lamp[pixel] = seen.lamp * light;
+    band.blocked[pixel] = seen.blocked * light;
+    band.mirrored[pixel] = seen.mirrored * light;
+  }
+  void trace_edge(Band& band, size_t pixel, int x, int y) const {
+    const Sampler sampler(x, y);
+    const int count = static_cast<int>(std::bit_ceil(static_cast<uint32_t>(options_.samples)));
+    Rgb3 sum = Rgb3::Zero();
+    for (int i = 0; i < options_.samples; i++) {
+      const Point point = point_along(x, y, sampler.get(i, count, 0));
+      Seen seen;
+      look(point, sampler, i, count, seen);
       // Compresses brightness before the mean, so that edges against bright areas are smooth.
-      sum += shown(seen.shade.light());
-      all.by_lamp += seen.shade.by_lamp;
-      all.by_sky += seen.shade.by_sky;
-      all.by_object += seen.shade.by_object;
-      all.rest += seen.shade.rest;
-      all.seen += seen.shade.seen;
-      all.blocked += seen.shade.blocked;
+      sum += shown(light_of(point.shade, seen));
     }
-    if (pixel.kind == Kind::edge) {
-      for (int i = paths_; i < options_.samples; i++) sum += shown(path(i).shade.light());
-      pixel.shown = sum / options_.samples;
-      return pixel;
-    }
-    for (Rgb3* part : {&all.by_lamp, &all.by_sky, &all.by_object, &all.rest}) *part /= paths_;
-    all.seen /= paths_;
-    all.blocked /= paths_;
-    pixel.shade = all;
-    return pixel;
+    place(band, pixel, {});
+    band.kinds[pixel] = Kind::edge;
+    band.shades[pixel].by_lamp = sum / options_.samples;
+  }
+  static void place(Band& band, size_t pixel, const Point& point) {
+    const bool smoothed = point.kind != Kind::white;
+    band.group[pixel] = smoothed ? static_cast<float>(point.kind) : 0;
+    band.x[pixel] = static_cast<float>(point.point.x());
+    band.y[pixel] = static_cast<float>(point.point.y());
+    band.z[pixel] = static_cast<float>(point.point.z());
+    band.nx[pixel] = static_cast<float>(point.normal.x());
+    band.ny[pixel] = static_cast<float>(point.normal.y());
+    band.nz[pixel] = static_cast<float>(point.normal.z());
   }
 
-  Seen seen_along(double x, double y, const Sampler& sampler, int i) const {
-    const Vec3 direction = (forward_ + scale_ * (x - options_.width / 2.0) * right_ -
-                            scale_ * (y - options_.height / 2.0) * up_)
+  Point point_along(int x, int y, Pair in_pixel) const {
+    const Vec3 direction = (forward_ + scale_ * (x + in_pixel.x - options_.width / 2.0) * right_ -
+                            scale_ * (y + in_pixel.y - options_.height / 2.0) * up_)
                                .normalized();
     const auto hit = scene_.first(eye_, direction);
-    if (hit) return object(*hit, direction, sampler, i);
-    return ground(direction, sampler, i);
+    return hit ? object(*hit, direction) : ground(direction);
   }
 
-  double sees_lamp(const Vec3& point, const Vec3& normal, const Sampler& sampler, int i) const {
-    const Vec3 direction = on_disc(Frame(light_), sampler.get(i, 1), kLightRadius).normalized();
-    return direction.dot(normal) > 0 && !scene_.blocked(point, direction, 1e-5 * size_) ? 1 : 0;
+  // Adds what a point sees along its rays to the lamp, the sky and the mirrored direction.
+  void look(const Point& point, const Sampler& sampler, int i, int count, Seen& seen) const {
+    if (point.kind == Kind::white) return;
+    const double near = 1e-5 * size_;
+    const Vec3 lamp = on_disc(light_, sampler.get(i, count, 1), kLightRadius).normalized();
+    if (lamp.dot(point.normal) > 0 && !scene_.blocked(point.start, lamp, near)) seen.lamp++;
+    const Vec3 sky = on_hemisphere(Frame(point.normal), sampler.get(i, count, 2));
+    if (scene_.blocked(point.start, sky, near)) seen.blocked++;
+    if (point.kind == Kind::object)
+      seen.mirrored +=
+          point.mirrored.z() > -0.2 && !scene_.blocked(point.start, point.mirrored, near) ? 0.5f
+                                                                                          : 0.06f;
   }
 
   // White, except for shadows, which fade with distance.
-  Seen ground(const Vec3& direction, const Sampler& sampler, int i) const {
+  Point ground(const Vec3& direction) const {
     const double height = box_.min.z() - 1e-4 * size_;
     const bool below = eye_.z() <= height;
     if (direction.z() >= -1e-6 || below) return {};
-    Seen seen;
+    Point seen;
     seen.point = eye_ + (height - eye_.z()) / direction.z() * direction;
     seen.normal = Vec3::UnitZ();
     const Vec3 out = seen.point - box_.centre();
-    const double distance = std::hypot(out.x(), out.y()) / size_;
-    const double near = std::exp(-distance * distance * 0.6);
-    if (near < 0.004) return {};
+    const double squared = (out.x() * out.x() + out.y() * out.y()) / (size_ * size_);
+    if (squared > kMaxShadow * kMaxShadow) return {};
+    const double near = std::exp(-squared * 0.6);
     seen.kind = Kind::ground;
-    Shade& shade = seen.shade;
-    shade.seen = sees_lamp(seen.point, seen.normal, sampler, i);
-    shade.blocked = scene_.blocked(seen.point, on_hemisphere(Frame(seen.normal), sampler.get(i, 2)),
-                                   1e-5 * size_);
-    shade.by_lamp = Rgb3::Constant(0.45 * near);
-    shade.by_sky = Rgb3::Constant(0.55 * near);
-    shade.rest = Rgb3::Constant(1 - near);
+    seen.start = seen.point;
+    seen.shade.by_lamp = Rgb3::Constant(0.45 * near);
+    seen.shade.by_sky = Rgb3::Constant(0.55 * near);
+    seen.shade.rest = 1 - near;
     return seen;
   }
 
-  Seen object(const Scene::Hit& hit, const Vec3& direction, const Sampler& sampler, int i) const {
+  Point object(const Scene::Hit& hit, const Vec3& direction) const {
     const SurfaceTriangle& t = surface_.triangles[hit.triangle];
     const Vec3 a = at(t[0]), b = at(t[1]), c = at(t[2]);
     Vec3 face = (b - a).cross(c - a);
@@ -409,9 +597,8 @@ class Painter {
             weights[k] * linear({static_cast<uint8_t>(v.paint), static_cast<uint8_t>(v.paint >> 8),
                                  static_cast<uint8_t>(v.paint >> 16)});
       } else {
-        base += weights[k] * linear(v.material < colors_.size()
-                                        ? colors_[v.material]
-                                        : std::array<uint8_t, 3>{200, 160, 112});
+        base += weights[k] * (v.material < linear_colors_.size() ? linear_colors_[v.material]
+                                                                 : linear({200, 160, 112}));
         wooden += weights[k];
         contrast += weights[k] *
                     (v.material < options_.contrasts.size() ? options_.contrasts[v.material] : 1);
@@ -428,27 +615,25 @@ class Painter {
       albedo = (1 - contrast) * base + contrast * (light + wood.dark * (dark - light));
       gloss = (1 - wooden) * gloss + wooden * wood.gloss;
     }
+    Point seen;
+    seen.kind = Kind::object;
+    seen.point = point;
+    seen.normal = normal;
     // Starts above the surface, because float32 would hit the surface again.
-    const Vec3 above = point + face * (face.dot(direction) < 0 ? 2e-5 : -2e-5) * size_;
-    Seen seen{Kind::object, {}, point, normal};
-    Shade& shade = seen.shade;
-    shade.seen = sees_lamp(above, normal, sampler, i);
-    shade.blocked =
-        scene_.blocked(above, on_hemisphere(Frame(normal), sampler.get(i, 2)), 1e-5 * size_);
+    seen.start = point + face * (face.dot(direction) < 0 ? 2e-5 : -2e-5) * size_;
+    seen.mirrored = direction - 2 * direction.dot(normal) * normal;
     // A thin varnish: its reflection of the light and the sky.
-    const Vec3 half = (light_ - direction).normalized();
-    const double shine = std::pow(std::max(0.0, half.dot(normal)), 38) * 0.22 * gloss;
-    const Vec3 mirrored = direction - 2 * direction.dot(normal) * normal;
-    const double fresnel = 0.04 + 0.5 * std::pow(1 - std::min(1.0, -direction.dot(normal)), 5);
-    const double sheen =
-        fresnel * gloss *
-        (mirrored.z() > -0.2 && !scene_.blocked(above, mirrored, 1e-5 * size_) ? 0.5 : 0.06);
+    const Vec3 half = (light_.n - direction).normalized();
+    const double shine = power<38>(std::max(0.0, half.dot(normal))) * 0.22 * gloss;
+    const double fresnel = 0.04 + 0.5 * power<5>(1 - std::min(1.0, -direction.dot(normal)));
+    Shade& shade = seen.shade;
     shade.by_lamp =
-        albedo * (1.35 * std::max(0.0, light_.dot(normal)) * Rgb3(1.0, 0.97, 0.92)) + shine;
+        albedo * (1.35 * std::max(0.0, light_.n.dot(normal)) * Rgb3(1.0, 0.97, 0.92)) + shine;
     shade.by_sky =
         albedo * sky_[static_cast<size_t>(std::lround((normal.z() + 1) / 2 * (kSkies - 1)))];
     shade.by_object = kBlocked * albedo * albedo;
-    shade.rest = Rgb3::Constant(sheen);
+    shade.by_mirror = fresnel * gloss;
+    shade.rest = 0;
     return seen;
   }
 
@@ -477,10 +662,14 @@ class Painter {
   const Scene& scene_;
   Box box_;
   double size_, scale_;
-  Vec3 eye_, forward_, right_, up_, light_;
+  Vec3 eye_, forward_, right_, up_;
+  Frame light_ = Frame(Vec3::UnitZ());
+  std::vector<Rgb3> linear_colors_;
   Log log_;
   const std::array<Rgb3, kSkies> sky_ = skies();
-  const int paths_ = std::min(options_.samples, std::max(4, options_.samples / 8));
+  // Paths of a pixel within one face: a power of two.
+  const int paths_ = static_cast<int>(std::bit_floor(
+      static_cast<uint32_t>(std::min(options_.samples, std::max(4, options_.samples / 12)))));
 };
 
 }  // namespace
@@ -516,34 +705,31 @@ Result<Image> draw_picture(const Surface& surface, std::span<const std::array<ui
   for (int begin = 0; begin < options.height; begin += kBandRows) {
     const int first = std::max(0, begin - kMargin),
               last = std::min(options.height, begin + kBandRows + kMargin), rows = last - first;
-    std::vector<Painter::Pixel> pixels(width * static_cast<size_t>(rows));
+    Painter::Band band(options.width, rows);
     const auto for_rows = [&](auto&& f) {
       run_parallel(options.threads, static_cast<size_t>((rows + kRows - 1) / kRows), [&](size_t i) {
         const int low = static_cast<int>(i) * kRows;
-        for (int y = low; y < std::min(low + kRows, rows); y++)
-          f(y, pixels.data() + static_cast<size_t>(y) * width);
+        for (int y = low; y < std::min(low + kRows, rows); y++) f(y);
       });
     };
-    for_rows([&](int y, Painter::Pixel* row) {
-      painter.trace(first + y, row);
+    for_rows([&](int y) {
+      painter.trace(band, y, first + y);
       const std::lock_guard lock(guard);
       done++;
       const int all = options.height + 2 * kMargin * ((options.height - 1) / kBandRows);
       if (options.progress) options.progress(std::min(1.0, static_cast<double>(done) / all));
     });
+    for_rows([&](int y) { painter.find_missed(band, y); });
+    for_rows([&](int y) { painter.trace_missed(band, y, first + y); });
     for (int pass = 0; pass < kPasses; pass++) {
-      for_rows([&](int, Painter::Pixel* row) {
-        for (size_t x = 0; x < width; x++) {
-          row[x].seen_before = row[x].shade.seen;
-          row[x].blocked_before = row[x].shade.blocked;
-        }
-      });
-      for_rows([&](int y, Painter::Pixel*) { painter.smooth(pixels, rows, y, 1 << pass); });
+      for_rows([&](int y) { painter.smooth(band, y, 1 << pass); });
+      std::swap(band.lamp, band.next_lamp);
+      std::swap(band.blocked, band.next_blocked);
     }
     for (int y = begin; y < std::min(begin + kBandRows, options.height); y++)
-      for (size_t x = 0; x < width; x++)
-        image.pixels[static_cast<size_t>(y) * width + x] =
-            painter.color(pixels[static_cast<size_t>(y - first) * width + x]);
+      for (int x = 0; x < options.width; x++)
+        image.pixels[static_cast<size_t>(y) * width + static_cast<size_t>(x)] =
+            painter.color(band, band.index(x, y - first));
   }
   return image;
 }

@@ -44,7 +44,7 @@ struct PictureOptions {
   LogCut log;  // how the plank was cut from its log
   // Contrast of the rings by material number (ring_contrast()). Materials beyond the list have 1.
   std::vector<double> contrasts;
-  // Paths per pixel at edges. Within a face, an eighth of them suffices, because light is smoothed.
+  // Paths per pixel at edges. Within a face, a twelfth of them suffices, because light is smoothed.
   int samples = 48;
   int threads = 1;  // the picture does not depend on it
   std::function<void(double)> progress;

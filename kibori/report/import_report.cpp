@@ -166,7 +166,7 @@ UpGuess guess_up(const std::string& ending, const TriangleMesh& mesh) {
   using Up = MeshFormat::Up;
   const MeshFormat* const format = mesh_format_of(ending);
   const Up usual = format ? format->up : Up::mostly_z;
-  if (usual == Up::turned) return {{}, "GLB files have y up, so it was turned."};
+  if (usual == Up::turned) return {{}, "Files of this format have y up, so it was turned."};
   const Box box = mesh.bounds();
   const bool custom_y = usual == Up::mostly_y;
   const int custom = custom_y ? 1 : 2, other = 3 - custom;

@@ -52,6 +52,10 @@ constexpr double kVolumeTolerance = 1e-4;
 // Maximum rise of the surface per dab [cells] to restore the pending volume of earlier dabs.
 constexpr double kPendingRise = 0.02;
 
+// Material is reported as dropped if the surface would be half of this [cells] beyond the lattice.
+// Less is rounding, and noise of faces on the border.
+constexpr float kMinClipped = 0.1f;
+
 constexpr double kMaxRegionNodes = 2147483648.0;
 // A dab does not check for memory below this amount.
 constexpr double kUncheckedBytes = 256e6;
@@ -218,6 +222,7 @@ Result<Reshaped> Reshaper::dab(TriDexel& model, FieldVerb verb, const Brush& bru
     all.added_mm3 += what.added_mm3;
     all.removed_mm3 += what.removed_mm3;
     all.points += what.points;
+    all.clipped |= what.clipped;
     if (!cluster.own) continue;
     all.parts = what.parts;
     own = (what.added_mm3 + what.removed_mm3) / static_cast<double>(cluster.centres.size());
@@ -258,7 +263,10 @@ Result<Reshaped> Reshaper::dab_cluster(TriDexel& model, FieldVerb verb, const Br
   if (!(filters(verb) && deepest > kNearCore) || !compute(kNearCore, kNearRise) ||
       changes_beyond(band_, after_, touched_, kNearCore, *deepest, threads_))
     compute(deepest, std::numeric_limits<double>::infinity());
-  return writer_->write(model, after_);
+  Reshaped done = writer_->write(model, after_);
+  // A brush that keeps the volume moves what is dropped here to other places.
+  done.clipped = clipped_ && !(brush.keep_volume && verb == FieldVerb::smooth);
+  return done;
 }
 
 // Computes phi after the verb at the nodes of weigh(). Returns false if it needs more than
@@ -303,13 +311,32 @@ bool Reshaper::compute_phi_after(const TriDexel& model, FieldVerb verb, const Br
   // There is no material beyond the lattice.
   const auto outside_stays = [&] {
     const NodeBox all{Index3::Zero(), band_.turn().turn(model.lattice().nodes)};
+    clipped_ = false;
+    // True if the surface between a node outside and one inside next to it is now beyond the border.
+    // The border is in the middle between the two.
+    const auto crosses_border = [&](const Index3& at, size_t node) {
+      for (int axis = 0; axis < 3; axis++)
+        for (const int side : {-1, 1}) {
+          Index3 next = at;
+          next[axis] += side;
+          if (!all.holds({next, next + 1})) continue;
+          const auto step = side * static_cast<std::ptrdiff_t>(band_.stride(axis));
+          const size_t inside = node + static_cast<size_t>(step);
+          if (after_[inside] < 0 && after_[inside] + after_[node] < -kMinClipped &&
+              after_[node] < phi[node])
+            return true;
+        }
+      return false;
+    };
     for (const NodeBlock& block : touched_) {
       const Index3 low(block.i, block.j, block.k);
       if (all.holds({low, low + Index3(16, 1, 1)})) continue;
       block.for_nodes([&](int n) {
         const Index3 at = low + Index3(n, 0, 0);
-        float& after = after_[block.place + static_cast<size_t>(n)];
-        if (!all.holds({at, at + 1})) after = std::max(after, 0.0f);
+        const size_t node = block.place + static_cast<size_t>(n);
+        if (all.holds({at, at + 1})) return;
+        clipped_ = clipped_ || crosses_border(at, node);
+        after_[node] = std::max(after_[node], 0.0f);
       });
     }
   };

@@ -120,6 +120,7 @@ class Reshaper {
                  const std::vector<detail::RowRange>& rows);
 
   int threads_ = 1;
+  bool clipped_ = false;  // compute_phi_after dropped material beyond the lattice
   NodeBand band_;
   std::vector<float> kernel_;
   NodeValues after_, first_, second_;

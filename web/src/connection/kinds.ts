@@ -43,7 +43,7 @@ export const MODEL_NOTES: Record<Model, string> = {
 };
 
 /** The files that can be brought, as <input accept> has them: those that become bodies, and all. */
-export const MESHES = ".stl, .ply, .obj, .off, .3mf, .glb";
+export const MESHES = ".stl, .ply, .obj, .off, .3mf, .glb, .gltf";
 export const IMPORTS = `${MESHES}, .png, .nrrd, .kibori`;
 
 /** Materials of one document, at most. */
