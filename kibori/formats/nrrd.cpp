@@ -332,7 +332,8 @@ Result<NrrdHeader> read_header(std::span<const char> bytes) {
                                     {!dimension.empty(), "dimension"},
                                     {header.sizes[0] > 0, "sizes"},
                                     {!header.encoding.empty(), "encoding"}})
-    if (!there) return Error{std::string("has no field '") + name + "'; write it again with all fields"};
+    if (!there)
+      return Error{std::string("has no field '") + name + "'; write it again with all fields"};
   int64_t voxels = 1;
   for (const int size : header.sizes) voxels *= size;
   if (voxels > kMaxVoxels)
