@@ -1168,7 +1168,7 @@ TEST(GltfReader, OtherFilesAreRefused) {
   // A .glb file reads no other file, even one next to it.
   json = gltf_with({{{"byteLength", bytes.size()}, {"uri", "good.bin"}}});
   refused(read_mesh(write(inner / "part.glb", json.dump())), "is in another file");
-  refused(read_mesh(write(inner / "part.gltf", "{\"buffers\":[")), "JSON is wrong");
+  refused(read_mesh(write(inner / "part.gltf", "{\"buffers\":[")), "JSON is invalid");
 }
 
 TEST(MeshReaders, BrokenFilesAreRefusedOrSound) {
