@@ -1159,7 +1159,7 @@ class Exchange(unittest.TestCase):
                                 (("convert", "m.stl", "x.stl", "--tolerance", "-1"), "tolerance"),
                                 (("convert", "m.stl", "--layers", "l", "--layer", "nan"), "positive"),
                                 (("convert", "far.obj", "x.stl"), "from the origin"),
-                                (("convert", "plate.obj", "x.glb", "--pitch", "2"), "thick"),
+                                (("convert", "plate.obj", "x.glb", "--pitch", "2"), "thinner than the pitch"),
                                 (("picture", "vast.obj", "x.png"), "10^12"),
                                 (("convert", "h.png", "x.stl", "--relief", "80,5,3", "--pitch", "1e-9"), "pitch"),
                                 (("info", "no\nsuch.stl"), "such")):
