@@ -136,7 +136,7 @@ async function aTemplate() {
   await atRest(page);
   check(
     "what reshapes is refused beside it",
-    /no-go/.test(await page.locator("#notice").textContent()),
+    /protected/.test(await page.locator("#notice").textContent()),
   );
   await page.locator("#body-remains").click();
   check("the colours are gone again", !(await page.locator("#remains").isVisible()));
