@@ -105,7 +105,8 @@ TEST(VolumePoses, ALayerOfAnyThickness) {
   Random random;
   SCOPED_TRACE(random.note());
   for (const Lie lie : kLies)
-    for (const auto& [thin, thick] : {std::pair(0.3, 1.0), {1.0, 2.0}, {2.0, 5.0}, {5.0, 20.0}}) {
+    for (const auto& range : {std::pair(0.3, 1.0), {1.0, 2.0}, {2.0, 5.0}, {5.0, 20.0}}) {
+      const double thin = range.first, thick = range.second;
       const Errors errors = errors_of([&] {
         const double pitch = random_pitch(random);
         const PlacedBox stock =
@@ -154,7 +155,8 @@ TEST(VolumePoses, GroovesOfEveryTool) {
   Random random;
   SCOPED_TRACE(random.note());
   for (const Kind kind : kKinds)
-    for (const auto& [thin, thick] : {std::pair(0.3, 2.0), {2.0, 10.0}}) {
+    for (const auto& range : {std::pair(0.3, 2.0), {2.0, 10.0}}) {
+      const double thin = range.first, thick = range.second;
       // A tetrahedron is narrow where it is thin.
       if (kind == Kind::tetrahedron && thin < 2) continue;
       const Errors errors = errors_of([&] {
