@@ -54,8 +54,8 @@ std::vector<uint8_t> encode(Message message) {
   return writer.take();
 }
 
-// Reads received bytes. Returns false if they are too short, a number is not finite, or an
-// enumerator is unknown.
+// Reads values from received bytes. get() returns false if the bytes are too short, a number is not
+// finite, or an enumerator is unknown.
 class Reader {
  public:
   Reader(const uint8_t* bytes, size_t count) : at_(bytes), end_(bytes + count) {}

@@ -58,7 +58,8 @@ void* BlockPool::take_shared() {
 }
 
 void BlockPool::take_surplus() {
-  // Some of the ready blocks are in `mine_`, which is not visible here.
+  // The difference counts all ready blocks, in `returned_` and in `mine_`. Only the owner may read
+  // `mine_`. So `returned_` may hold fewer blocks than the difference.
   if (given_.load(std::memory_order_relaxed) - taken_.load(std::memory_order_relaxed) <
       2 * kOwnersShare)
     return;

@@ -107,8 +107,9 @@ Result<GreyMap> parse_png_grey(std::span<const char> bytes, const std::string& n
     return Error{name + ": is not a valid PNG picture: " + static_cast<const char*>(reader.reason)};
   png_set_user_limits(reader.png, kMaxPixels, kMaxPixels);
   png_set_chunk_malloc_max(reader.png, 1 << 24);
-  // Values are heights, not brightness on a screen. With these chunks, libpng would change the
-  // values when it mixes colours and transparency.
+  // Pixels are heights, not brightness on a screen. The four chunks below describe a colour space.
+  // If libpng read them, it would correct the pixels for that colour space when it mixes colours
+  // and transparency.
   constexpr png_byte kColorSpaces[] = "gAMA\0sRGB\0cHRM\0iCCP";
   png_set_keep_unknown_chunks(reader.png, PNG_HANDLE_CHUNK_NEVER, kColorSpaces, 4);
   png_set_read_fn(reader.png, &reader, [](png_structp png, png_bytep to, png_size_t count) {

@@ -10,8 +10,9 @@
 namespace kibori {
 namespace {
 
-// Middle values of main cutting force tables for turning, h = 1 mm: k = kc1.1 [N/mm^2] and the
-// exponent m. Tables differ by 20 %, alloys of one metal by more, and a worn edge adds 30 %.
+// The values come from tables of the main cutting force in turning, from the middle of their
+// ranges. `k` is kc1.1 [N/mm^2], for a chip 1 mm thick. `m` is the exponent. Tables differ by 20 %,
+// alloys of one metal by more, and a worn edge adds 30 %.
 Material metal(const char* name, double k, double m, double density, std::array<uint8_t, 3> color) {
   Material material;
   material.name = name;

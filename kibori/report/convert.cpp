@@ -15,7 +15,8 @@ namespace kibori {
 
 namespace {
 
-// A document's own dexels, or its strokes carved at another pitch.
+// The model at a document's head. If `options` sets a pitch other than the document's, all strokes
+// are carved again at that pitch.
 Result<Converted> of_document(const std::filesystem::path& in, const ConvertOptions& options) {
   const Result<std::unique_ptr<Document>> document = Document::open(in, Document::Access::read);
   if (!document) return Error{document.error()};

@@ -20,7 +20,9 @@ inline constexpr double kUsualLongestMm = 80;
 
 // The assumed unit and size of a file, with the reason.
 struct SizeGuess {
-  std::string unit;  // of the file's numbers: "mm" or "m"; "fit": implausible, so it is scaled
+  // The unit of the file's numbers: "mm" or "m". "fit" if the size is implausible: then the mesh is
+  // scaled to kUsualLongestMm.
+  std::string unit;
   double longest_mm = 0;
   std::string why;  // a sentence
 };
@@ -33,7 +35,8 @@ struct UpGuess {
   Orientation orientation;  // of the mesh as read_mesh returns it
   std::string why;          // a sentence
 };
-// The format's usual up axis, or the other one if only that has a flat base.
+// Returns the format's usual up axis (y or z). If the mesh has a flat base only with the other axis
+// up, returns that one.
 UpGuess guess_up(const std::string& ending, const TriangleMesh& mesh);
 
 // A label of a volume.
@@ -41,7 +44,8 @@ struct LabelReport {
   uint16_t label = 0;
   std::string name;       // "label 3" if the file has no name
   double volume_mm3 = 0;  // of its voxels
-  // index in known_materials(): the one of that name, or a different one for each label
+  // Index in known_materials(). If a material has the label's name, it is that material. Otherwise
+  // each label gets a different material.
   uint8_t material = 0;
 };
 
@@ -59,7 +63,8 @@ struct ImportReport {
   GreyMap picture;                   // relief: for display, at most 160 pixels a side
   int width = 0, height = 0;         // relief: size of the picture in the file
   std::vector<LabelReport> labels;   // volume
-  std::vector<uint32_t> kinds;       // volume: per vertex of the preview, its index in `labels`
+  // volume: for each vertex of the preview, the index of its label in `labels`
+  std::vector<uint32_t> kinds;
 };
 
 // Reads a mesh, a picture or a labelled volume. Errors: those of read_mesh, read_png_grey and

@@ -31,7 +31,7 @@ struct SpanPaint {
   Color in, out;
 };
 
-// The paint of one dab: several brushes at once, as symmetry places them.
+// One dab of paint. Symmetry can place several brushes. They paint at the same time.
 struct Dab {
   const Brush& brush;
   std::span<const Material> materials;

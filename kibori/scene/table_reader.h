@@ -50,7 +50,7 @@ class TableReader {
   int line(std::string_view key) const;
   static int line_of(const toml::node& node) { return static_cast<int>(node.source().begin.line); }
 
-  // "[stock] pitch"
+  // `text` after the table's name, for messages: "[stock] pitch".
   std::string full(std::string_view text) const;
   SceneError& error() const { return error_; }
   bool failed() const { return error_.found(); }
@@ -58,7 +58,7 @@ class TableReader {
   void fail(std::string_view key, const std::string& what) const { fail(line(key), what); }
   void fail(const std::string& what) const { fail(line(), what); }
 
-  // Reports an error for any other key, and suggests the nearest known one.
+  // Reports an error for a key that is not in `known`. Suggests the nearest known key.
   void only(const std::vector<std::string>& known) const;
 
   // Required values.
@@ -84,8 +84,9 @@ class TableReader {
       fail(key, full(key) + " must be " + one_of);
   }
 
-  // The keys of a described struct, and a reader of its given values. Nested tables and special
-  // cases are left to the caller.
+  // keys_of() returns the keys of a struct that describes its fields (Described). fields() reads
+  // the values of those keys that the table contains. The caller reads nested tables and special
+  // cases.
   template <Described T>
   static std::vector<std::string> keys_of() {
     std::vector<std::string> keys;
@@ -97,7 +98,8 @@ class TableReader {
     T::for_fields([&](const FieldInfo& field, auto member) { value(field, into.*member); });
   }
 
-  // A table in this one; none if it is missing or invalid. `example`: for the message.
+  // The nested table `key`. Returns nothing if it is missing or not a table. `example`: a correct
+  // table, for the message.
   std::optional<TableReader> table(std::string_view key, const std::string& example) const;
   // [key] of the root.
   std::optional<TableReader> section(std::string_view key, bool required) const;

@@ -12,10 +12,12 @@ interface Row {
   /** The default strength, 0 to 1. */
   strength: number;
   /**
-   * `drags`: the surface under the press follows the pointer in the plane across the view. `turns`:
-   * the surface turns as the pointer moves to the right. `scales`: the surface grows as the pointer
-   * moves out of the wood, or to the right and up where the surface faces the eye. The other brushes
-   * act along the pointer's path.
+   * How the surface follows the pointer during a press.
+   * `drags`: the pressed point moves with the pointer, in a plane perpendicular to the view.
+   * `turns`: the surface turns as the pointer moves to the right.
+   * `scales`: the surface grows as the pointer moves out of the wood. If the surface faces the eye,
+   * it grows as the pointer moves to the right and up.
+   * Not set: the brush acts along the pointer's path.
    */
   follows?: "drags" | "turns" | "scales";
   /** Whether the brush can keep the volume. */
@@ -149,7 +151,7 @@ export const BRUSHES: Partial<Record<Mode, Row>> = {
 };
 export const BRUSH_MODES = Object.keys(BRUSHES) as Mode[];
 
-/** What a mode does while the key for the opposite is down. Most brushes follow the drag. */
+/** The mode that replaces a mode while Ctrl or Alt is down. Other modes do not change. */
 const INVERSES: Partial<Record<Mode, Mode>> = {
   cut: "deposit",
   deposit: "cut",
