@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Knowledge of the tests about every tool shape: how to make a tool that passes check_tool, and
 // which points it contains. The latter follows from its definition alone (the oracle of sweeps). A
-// missing shape does
-// not compile.
+// missing shape does not compile.
 #pragma once
 
 #include <algorithm>

@@ -4,8 +4,7 @@
 //
 // The depth component follows: its size from the unit length, its sign from the end. A normal
 // points out of the material. Its depth component is <= 0 at an `in` end and >= 0 at an `out` end.
-// The
-// typical error is 0.002 degrees. The maximum is 0.4, where the surface is within half a degree of
+// The typical error is 0.002 degrees. The maximum is 0.4, where the surface is within half a degree of
 // parallel to the ray; there the other two fields are accurate. (An octahedral code spreads its
 // error evenly, but costs three times as much.) Code 0 is the ray's own
 // direction.

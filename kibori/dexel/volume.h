@@ -5,17 +5,16 @@
 //
 // N is the number of lattice nodes inside. d is a signed distance in cells, positive out of the
 // material. It is measured from the boundary of the outermost node's cell to the end. n_i is the
-// component of the
-// end's unit normal along its ray. The sum is a surface integral. The weights n_i^2 add up to 1
-// over the three fields. So each surface element counts once, mostly by the rays that are normal to
-// it. The position of a shape on the lattice changes the result only in second order. The volume is
-// a function of the state: the volumes that edits remove add up to the missing volume.
+// component of the end's unit normal along its ray. The sum is a surface integral. The weights
+// n_i^2 add up to 1 over the three fields. So each surface element counts once, mostly by the rays
+// that are normal to it. The position of a shape on the lattice changes the result only in second
+// order. The volume is a function of the state: the volumes that edits remove add up to the missing
+// volume.
 //
 // Node k of a ray is at k + 1/2. A span [in, out) contains it if in <= k + 1/2 < out. N comes from
 // the z field. A face along x or y can coincide with a plane of nodes. There, float32 may put the
 // ends of its own field on one side of the nodes, and the z field on the other side. A whole layer
-// of
-// cells would be lost, so the z field decides (is_tied).
+// of cells would be lost, so the z field decides (is_tied).
 #pragma once
 
 #include <cmath>

@@ -2,12 +2,13 @@
 // Forces on a cutter with teeth, from the volume that it removes. Kienzle's law with the mean
 // thickness of a tooth's chip:
 //
-//   section        S = volume / path              depth a_p along the tool's axis, width a_e =
-//   S/a_p engagement     phi = acos(1 - 2 a_e/D)        from the edge of the cut, up or down
-//   milling mean chip      h = f_z (2 a_e/D) / phi        f_z: feed per tooth plunge         h =
-//   f_z                        along the axis resistance     k_c = k h^(-m) [N/mm^2], h in mm power
-//   P = k_c Q                      Q: volume per time force          F = P / v_c mean force along
-//   the teeth's path, v_c = pi D n
+//   section      S = volume / path         a_p: depth along the tool's axis; width a_e = S / a_p
+//   engagement   phi = acos(1 - 2 a_e/D)   from the edge of the cut, up or down milling
+//   mean chip    h = f_z (2 a_e/D) / phi   f_z: feed per tooth
+//   plunge       h = f_z                   along the axis
+//   resistance   k_c = k h^(-m)            [N/mm^2], h in mm
+//   power        P = k_c Q                 Q: volume per time
+//   force        F = P / v_c               mean force along the teeth's path, v_c = pi D n
 //
 // A cut with the cutter's middle (face milling) has a thicker chip than the formula says. For a
 // ball or a cone D is the largest diameter.

@@ -33,9 +33,8 @@ inline constexpr double kWindow = 0.25;
 inline constexpr int kMaxTrials = 24;
 // Limit of one tick, for a tool far behind a hand of limited strength. The tick looks ahead this
 // distance [cells] and this number of substeps of its turn. The limit is twice the hand's own
-// motion, if that is larger. This bounds the work of a tick. If smaller, the tool follows quick
-// hands late. If larger, a
-// tool that a wall holds needs more than a tick.
+// motion, if that is larger. This bounds the work of a tick. With a smaller one the tool follows
+// quick hands late. With a larger one a tool that a wall holds needs more than a tick.
 inline constexpr double kLookDistance = 64, kLookSubsteps = 12;
 }  // namespace spring
 

@@ -65,8 +65,7 @@ class Clay {
 
   // kRamp: distance from the sweep [cells] at which the collar has its full height. kMaxRise:
   // maximum rise of one collar [cells]. The rise is less than kRamp, so that rising nodes do not
-  // pass fixed
-  // ones.
+  // pass fixed ones.
   static constexpr double kRamp = 4, kMaxRise = 3;
   // Bytes of bands and weights per node of a collar.
   static constexpr size_t kBytesPerNode = 40;

@@ -9,8 +9,8 @@
 namespace kibori {
 namespace {
 
-// Number of solids whose results a thread keeps. A Difference asks its two solids about the same
-// tile in turn.
+// Number of solids whose results a thread keeps. Except (no_go.h) asks its two solids about the
+// same tile in turn.
 constexpr size_t kRemembered = 4;
 
 uint64_t next_id() {
