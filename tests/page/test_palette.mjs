@@ -166,6 +166,13 @@ async function paletteAndControls() {
     (await lit(page)).join() === "inflate" && (await value(page, "size")) === "9",
   );
 
+  // The keys that are held during a drag (anywhere, light) choose nothing.
+  await page.locator("#view").focus();
+  for (const key of ["b", "l"]) {
+    await page.keyboard.press(key);
+    check(`${key} chooses nothing`, (await lit(page)).join() === "inflate");
+  }
+
   // Saved views.
   const eye = () =>
     page.evaluate(() =>

@@ -68,14 +68,14 @@ export const BRUSHES: Partial<Record<Mode, Row>> = {
     about: t("brush_trim_about"),
     icon: '<path d="M2 14h20M5 14c2-6 4-6 6 0M13 14c2-8 4-8 6 0M3 10l4-4M17 4l3 3" />',
     strength: 0.7,
-    key: "l",
+    key: "t",
   },
   build: {
     name: t("brush_build"),
     about: t("brush_build_about"),
     icon: '<path d="M2 18h20M5 18v-4h14v4M8 14v-4h8v4M12 8V3M9 5h6" />',
     strength: 0.6,
-    key: "b",
+    key: "h",
   },
   crease: {
     name: t("brush_crease"),
