@@ -911,9 +911,9 @@ struct Fonts {
     f(json);
   }
 };
-// The numbers for ShowFaults: the areas of overhanging and of thin walls, and the total area
-// [mm^2]. The thinnest wall [mm]; 0: there is none. The number of pieces; all but the largest are
-// loose.
+// The numbers for ShowFaults. overhang, thin: areas of overhanging and of thin walls; area: of the
+// whole surface [mm^2]. thinnest: thickness of the thinnest wall [mm], 0 without one. pieces: their
+// number; all but the largest are loose.
 struct PrintFaults {
   static constexpr uint8_t kKind = 84;
   double overhang = 0;

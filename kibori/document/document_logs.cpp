@@ -26,7 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // The file with this ending next to a document. SQLite puts it next to the file that a link names.
-fs::path beside(const fs::path& path, const char* ending) {
+fs::path with_suffix(const fs::path& path, const char* ending) {
   std::error_code none;
   const fs::path real = fs::is_symlink(path, none) ? fs::canonical(path, none) : path;
   return real.string() + ending;
@@ -48,7 +48,7 @@ std::array<Stamp, 3> stamps(const fs::path& path) {
   std::array<Stamp, 3> all;
   const char* const endings[] = {"", "-wal", "-journal"};
   for (size_t i = 0; i < all.size(); i++)
-    if (struct stat s = {}; ::stat(beside(path, endings[i]).c_str(), &s) == 0)
+    if (struct stat s = {}; ::stat(with_suffix(path, endings[i]).c_str(), &s) == 0)
       all[i] = {s.st_ino, s.st_size, s.st_mtim.tv_sec, s.st_mtim.tv_nsec};
   return all;
 }
@@ -153,7 +153,7 @@ Result<Copy> copy_of(const fs::path& path, bool may_be_held) {
     Copy copy{folder.value(), folder.value()->path() / "copy.kibori"};
     Status done = copy_document(path, copy.document);
     for (const char* const ending : {"-wal", "-journal"}) {
-      const fs::path from = beside(path, ending), to = beside(copy.document, ending);
+      const fs::path from = with_suffix(path, ending), to = with_suffix(copy.document, ending);
       std::error_code code;
       if (!done || !has_content(from)) continue;
       if (!fs::copy_file(from, to, code)) done = Error{code.message()};
@@ -218,8 +218,8 @@ Result<Database> Document::open_copy(const fs::path& path, bool may_be_held) {
   const Result<Copy> copied = copy_of(path, may_be_held);
   if (!copied) return Error{copied.error()};
   const fs::path& copy = copied.value().document;
-  const fs::path log = beside(copy, "-wal"), all = beside(copy, "-all");
-  const bool logged = has_content(log), journaled = has_content(beside(copy, "-journal"));
+  const fs::path log = with_suffix(copy, "-wal"), all = with_suffix(copy, "-all");
+  const bool logged = has_content(log), journaled = has_content(with_suffix(copy, "-journal"));
   // SQLite refuses to read a file with missing pages. With zeros in their place, it reads the rest.
   if (const Pages pages = pages_of(copy); pages.count > 0) {
     std::error_code none;
@@ -240,7 +240,7 @@ Result<Database> Document::open_copy(const fs::path& path, bool may_be_held) {
       begun.value().keep_log();
       first = Commit(meta_of(begun.value(), "commit"));
     }
-    fs::remove(beside(copy, "-shm"), code);
+    fs::remove(with_suffix(copy, "-shm"), code);
     fs::rename(all, log, code);
   }
   const Commit before(meta_of(alone.value(), "commit"));
@@ -258,7 +258,8 @@ Result<Database> Document::open_copy(const fs::path& path, bool may_be_held) {
   else if (owner == LogOwner::foreign && !alone_complete && is_complete(whole.value()))
     owner = LogOwner::own;
   if (owner == LogOwner::own) return whole;
-  const std::string other = sanitize_message(beside(path, logged ? "-wal" : "-journal").string());
+  const std::string other =
+      sanitize_message(with_suffix(path, logged ? "-wal" : "-journal").string());
   return Error{name + ": " + other +
                " next to it belongs to another document or to another state of this one, and would "
                "damage it; nothing was changed; move " +
@@ -267,7 +268,8 @@ Result<Database> Document::open_copy(const fs::path& path, bool may_be_held) {
 
 Result<std::string> Document::check_logs(const fs::path& path) {
   std::string missing = missing_pages(path);
-  if (!has_content(beside(path, "-wal")) && !has_content(beside(path, "-journal"))) return missing;
+  if (!has_content(with_suffix(path, "-wal")) && !has_content(with_suffix(path, "-journal")))
+    return missing;
   Result<Database> own = open_copy(path, true);
   if (!own) return Error{own.error()};
   if (!missing.empty() && is_complete(own.value())) missing.clear();
@@ -279,7 +281,8 @@ Result<std::unique_ptr<Document>> Document::attach_reader(const fs::path& path, 
   std::string cut = held ? std::string() : missing_pages(path);
   const auto was_left = [&] {
     if (held) return false;
-    if (!cut.empty() || has_content(beside(path, "-wal")) || has_content(beside(path, "-journal")))
+    if (!cut.empty() || has_content(with_suffix(path, "-wal")) ||
+        has_content(with_suffix(path, "-journal")))
       return true;
     Result<Database> alone = Database::open(path, Database::Access::frozen, vfs);
     return alone && !meta_of(alone.value(), "writing").empty();
@@ -295,7 +298,7 @@ Result<std::unique_ptr<Document>> Document::attach_reader(const fs::path& path, 
   std::unique_ptr<Document> document(new Document(std::make_unique<DocumentStorage>()));
   document->storage_->database = std::move(database).value();
   std::error_code none;
-  document->storage_->log = beside(fs::absolute(path, none), "-wal");
+  document->storage_->log = with_suffix(fs::absolute(path, none), "-wal");
   // SQLite fixes the state that it reads at the first query. Later writes do not change it.
   static_cast<void>(document->storage_->database.run("BEGIN"));
   if (!cut.empty()) document->add_damage(0, cut);

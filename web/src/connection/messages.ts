@@ -138,7 +138,7 @@ export interface Mass { body: number; volume: number; mass: number; centre: Vec3
 export interface ShowStamp { vertices: Uint8Array; triangles: Uint8Array }
 /** Answers AskFonts. JSON: the families in alphabetical order. */
 export interface Fonts { json: string }
-/** The numbers for ShowFaults: the areas of overhanging and of thin walls, and the total area [mm^2]. The thinnest wall [mm]; 0: there is none. The number of pieces; all but the largest are loose. */
+/** The numbers for ShowFaults. overhang, thin: areas of overhanging and of thin walls; area: of the whole surface [mm^2]. thinnest: thickness of the thinnest wall [mm], 0 without one. pieces: their number; all but the largest are loose. */
 export interface PrintFaults { overhang: number; thin: number; area: number; thinnest: number; pieces: number }
 /** The first message at --publish HOST:PORT, sent again when another document is opened. Readers send nothing. JSON: a description of the rows of PublishedTicks, row_bytes, and their columns (name, type, offset in bytes, count). */
 export interface PublishedAbout { version: number; json: string }
