@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Splitting and joining bodies, and looking for severed pieces after a stroke. The cube's sides
-// were scraped by strokes. A plane, a hand-drawn line and a saw split it, and the two halves are
-// joined again. A stroke severs nothing, a corner, or half of the cube. Splits and the half cube
-// run on one thread and on two.
+// Measures the time to split and join bodies, and to search for severed pieces after a stroke. The
+// body is a cube whose sides strokes have scraped. A plane, a hand-drawn line and a saw split it,
+// and the two halves are joined again. A stroke severs nothing, a corner, or half of the cube.
+// Splits and the half cube run on one thread and on two.
 //
 //   bodies_bench [--json] [--quick] [--only TEXT]     (only those with TEXT in their name)
 #include <cmath>
@@ -54,7 +54,7 @@ class ScrapedCube {
     tilted_.shape = CutPlane{Vec3::Constant(0.5 * n_ + 0.3), Vec3(1, 0.4, 0.3).normalized()};
   }
 
-  // The report.
+  // Runs all measurements and returns the report.
   std::string run() {
     time_splits();
     time_join();
@@ -111,7 +111,7 @@ class ScrapedCube {
                                        {"split by a saw of 3 cells", saw},
                                        {"split by a wire of 2 cells along the line", wire}})
       for (const int threads : {1, 2}) {
-        CutOff off;  // the half that the user keeps
+        CutOff off;  // the part that was cut off; prepare() frees it, so that this is not timed
         timed((std::string(name) + (threads == 2 ? ", two threads" : "")).c_str(),
               [&] { off = {}; },
               [&, &by = cutter] {
@@ -137,7 +137,7 @@ class ScrapedCube {
         1);
   }
 
-  // Looks for severed pieces at the end of a stroke.
+  // Times the search for severed pieces at the end of a stroke.
   void time_severing() {
     int threads = 1;
     const auto crumbs = [&] {
@@ -154,7 +154,7 @@ class ScrapedCube {
           nodes_ / 2, 0);
     after("after a stroke of a tenth of that", BallTool{16}, {0.5 * n_, 0.5 * n_, z},
           {0.6 * n_, 0.5 * n_, z}, nodes_ / 20, 0);
-    // Through the whole height, past the corner.
+    // The mill cuts through the whole height.
     const Flat mill{4, 2 * n_};
     after("after one that severs a corner", mill, {0, 40, 0}, {40, 0, 0}, 60, 10);
     for (const char* what :

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// An hour of carving as a document: 10 000 strokes of 0.36 s in a lattice of 1024^3. It measures
-// disk and memory per stroke, and the times of saving, undo, redo and opening.
+// Measures a document of an hour of carving: 10 000 strokes of 0.36 s in a lattice of 1024^3. It
+// reports disk and memory per stroke, and the times of saving, undo, redo and opening.
 //
 //   document_bench [--json] [--quick] [--strokes N] [--nodes N]     quick: 20 strokes in 512^3
 #include <sys/resource.h>
@@ -70,7 +70,7 @@ struct Times {
   double disk_kb = 0, memory_kb = 0;  // per stroke
 };
 
-// Carves 36 mm along a gentle curve on the top. Returns whether it could be recorded.
+// Carves 36 mm along a gentle curve on the top. Returns false if it could not be carved or stored.
 bool carve_stroke(Document& document, TriDexel& model, int number, double size, Times& times) {
   StrokeSettings settings;
   settings.tool = BallTool{1.2};
@@ -142,7 +142,7 @@ int measure(const std::filesystem::path& file, const Options& options, Times& ti
   for (int s = 0; s < strokes; s++)
     if (!carve_stroke(document, model, s, size, times)) return 2;
   times.memory_kb = (resident_mb() - memory_before) * 1000 / strokes;
-  // Undo everything, then redo it. The states in memory are soon used up.
+  // Undo everything, then redo it. Only the newest states are in memory.
   const uint64_t first = document.steps().begin()->second.hash;
   const uint64_t hash = model.content_hash();
   if (!undo_all(document, model, strokes, times.undo_ms) || model.content_hash() != first ||

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A mesh into 512^3 and 1024^3 nodes (128^3, once, with --quick) and out again. Scan conversion and
-// surface extraction run in turn with OpenVDB's meshToVolume and volumeToMesh, on one thread.
-// Extraction also runs on two threads.
+// Measures the conversion of a mesh to 512^3 and 1024^3 nodes (with --quick once, to 128^3) and
+// back. Scan conversion and surface extraction alternate with OpenVDB's meshToVolume and
+// volumeToMesh, on one thread. Extraction also runs on two threads.
 //
 //   import_bench [--json] [--quick] [MESH]     without MESH: a bumpy ball of 60 k triangles
 #include <cstdio>
@@ -47,7 +47,8 @@ struct Times {
   size_t triangles = 0, triangles_peer = 0;  // of the extracted surfaces
 };
 
-// Converts a mesh into n nodes along its longest side, and out again. The mesh is 1 mm long.
+// Times the conversion of a mesh into dexels with n nodes along its longest side, and back. The
+// mesh is 1 mm long.
 Result<Times> time_mesh(const TriangleMesh& mesh, int n, int reps) {
   const Lattice lattice = make_lattice(mesh.bounds().size(), 1.0 / n, 0).value();
 #ifdef KIBORI_HAVE_OPENVDB

@@ -2,8 +2,8 @@
 // Measures reshaping of a ball 300 cells across.
 // - Smoothing: dabs around the ball, a quarter of the brush's radius apart, on one thread and on
 //   two. The peer smooths its level set of the same region in place.
-// - Clay: a ball tool pressed into the ball along the same path, in ticks of one collar each. The
-//   collar reaches as far as the brush.
+// - Clay: a ball tool pressed into the ball along the same path. Each tick returns material once.
+//   The collar reaches as far as the brush.
 // - Grabbing: the surface pulled by 0.3 radii, each time in another direction. The first time
 //   includes reading the surface. On one thread and on two.
 // - Undo: back to the snapshot before a dab or a grab.
@@ -185,8 +185,8 @@ RadiusTimes time_radius(const Lattice& lattice, double ball, double radius, bool
   deposit(model, SweptBall(LatticePoint{middle}, LatticeVector(), ball), 0, {}, removed);
   const Snapshot start = model.snapshot();
   const int presses = quick ? 3 : 60;
-  // Memory is already allocated, as in a studio after earlier strokes. The very first dab gets it
-  // from the system. It is slower by a tenth to a third if it needs more.
+  // The first runs below are not timed. They allocate the memory, as earlier strokes do in the
+  // studio. A dab that must allocate is slower.
   const auto memory = std::make_shared<DabMemory>();
   const auto dabs_on = [&](int threads) {
     model.restore(start);

@@ -15,13 +15,13 @@ case "$name" in
   studio) node bench/studio_latency.mjs $bin/kibori "$@" ;;
   hover) node bench/studio_hover.mjs $bin/kibori "$@" ;;
   import | surface)
-    # Use a real mesh if the shared data exist. A mesh in the arguments comes later and overrides
-    # it.
+    # Uses a real mesh if that file exists. A mesh in the arguments overrides it, because the
+    # benchmark uses the last one.
     mesh=../shared/models/stanford-bunny.obj
     if [ -e "$mesh" ]; then
       set -- "$mesh" "$@"
     elif [ "$name" = import ]; then
-      echo "import: $mesh is not there; a bumpy ball of as many triangles instead, unless a mesh is named" >&2
+      echo "import: $mesh does not exist; using a bumpy ball with as many triangles. To use a mesh, name it" >&2
     else
       echo "surface: $mesh is not there; 'mesh to 512^3 to STL' is skipped, unless a mesh is named" >&2
     fi

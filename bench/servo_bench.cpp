@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The servo loop in real time. A simulated hand scrapes a block with a ball and a finger of 16, 32
-// and 64 cells, half their radius deep. The other core updates the surface.
+// Measures the servo loop in real time. A simulated hand scrapes a block with a ball and a finger.
+// Radii are 16, 32 and 64 cells. The depth is half the radius. Another thread updates the surface.
 //
 //   servo_bench [--json] [--quick] [--seconds S]    S per run (six runs), 10 by default, quick 0.5
 #include <cmath>
@@ -56,7 +56,7 @@ int main(int argc, char** argv) {
   for (const bool finger : {false, true})
     for (const int cells : {16, 32, 64}) {
       const double radius = 0.25 * cells;
-      // At half that depth, the finger is as wide as the ball's radius.
+      // At this depth, the finger's radius equals the ball's radius.
       const Tool tool = finger ? Tool(Finger{1 / (2 * radius), 60}) : Tool(BallTool{radius});
       ServoRunOptions options;
       options.seconds = seconds;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// A user drags a spline's control point. The shape reaches 64 cells from the middle of a lattice
-// whose lower half is a block. Each step moves one point, restores the model and applies the shape
-// again: curve, mesh, crossings, all three fields. `mesh` is the time of curve and mesh alone.
-// `force` is the time of one finger's force.
+// Measures the drag of a spline's control point. The shape reaches 64 cells from the middle of a
+// lattice whose lower half is a block. Each step moves one point, restores the model and applies
+// the shape again: curve, mesh, crossings, all three fields. `mesh` is the time of curve and mesh
+// alone. `force` is the time of spline_forces().
 //
 //   spline_bench [--json] [--quick]
 #include <cmath>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// One step of a ball that scrapes a block. Kibori computes a cut in three directions, normals,
-// removed volume and moments, and the wrench. It runs in turn with OpenVDB's level-set and bit-mask
-// stamps in one process, on one thread.
+// Measures one step of a ball that scrapes a block. Kibori computes a cut in three directions,
+// normals, removed volume and moments, and the wrench. It takes turns with OpenVDB's level-set and
+// bit-mask stamps in one process, on one thread.
 //
 //   step_bench [--json] [--quick] [--reps N] [--steps N] [--nodes N] [--radius R]
 //              [--only kibori] [--memory | --instructions]
@@ -44,7 +44,7 @@ std::unique_ptr<TriDexel> block(int nodes) {
   return model;
 }
 
-// The whole product path: DirectTool::advance, which carve and the servo use.
+// Times DirectTool::advance, as the product calls it in force model `energy`.
 StepTimes carve_steps(int nodes, const std::vector<Point>& path, float radius, int jump_every,
                       int snapshot_every) {
   auto model = block(nodes);
@@ -74,7 +74,7 @@ StepTimes carve_steps(int nodes, const std::vector<Point>& path, float radius, i
   return result;
 }
 
-// Only the z field.
+// Times cuts of the z field alone.
 StepTimes carve_single_direction(int nodes, const std::vector<Point>& path, float radius) {
   auto model = block(nodes);
   StepTimes result;
@@ -141,7 +141,7 @@ void step(const Options& o) {
       single.add(carve_single_direction(o.nodes, path, radius));
     }
 #ifdef KIBORI_HAVE_OPENVDB
-    // Takes milliseconds per step, so run only some.
+    // csgDifference takes milliseconds per step, so run at most 50 steps.
     if (!o.kibori_only)
       csg.add(openvdb_csg_difference(o.nodes, {path.begin(), path.begin() + std::min(o.steps, 50)},
                                      radius));

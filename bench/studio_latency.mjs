@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Measures the studio in a real browser that draws nothing meanwhile. It reports the time from a
-// pointer event to the cut in the page, and the bytes per stroke. It also reports the time of the
-// page's script, and the time from the command to a usable page.
+// Measures the studio in a real browser, while the page does not draw. It reports the time from a
+// pointer event until the page has the surface of the cut, and the bytes per stroke. It also
+// reports the time of the page's script, and the time from the command to a usable page.
 //
 // Usage: node studio_latency.mjs KIBORI [--quick]
 import { join } from "node:path";
@@ -23,7 +23,7 @@ const quick = process.argv.includes("--quick");
 const share = (list, p) =>
   [...list].sort((a, b) => a - b)[Math.min(list.length - 1, Math.floor(p * list.length))];
 
-// Time to a usable page: the start page, and a document.
+// Measures the time to a usable page: to the start page, and to an open document.
 const starts = { choice: [], document: [] };
 const times = quick ? 1 : 5;
 for (let i = 0; i < times; i++)

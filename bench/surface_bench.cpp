@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Measures the surface in use. Chunks are rebuilt after one step of a ball that scrapes a block.
-// STL is written. A mesh goes through dexels into a file.
+// Measures three uses of the surface: rebuilding its chunks after one step of a ball that scrapes a
+// block, writing STL, and converting a mesh through dexels to a file.
 //
 //   surface_bench [--json] [--quick] [MESH]     without MESH: no mesh through dexels
 #include <cstdio>
@@ -101,7 +101,7 @@ int main(int argc, char** argv) {
         peer / own.ms);
     out += text;
   }
-  // Writing alone: a sphere's surface, to memory if such a folder exists.
+  // Times the writing alone: a sphere's surface, into memory (/dev/shm) if possible.
   Lattice lattice;
   const double middle = quick ? 50 : 200;
   lattice.nodes = Index3::Constant(static_cast<int>(2 * middle));

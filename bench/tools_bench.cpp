@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// One step of every tool. Each tool is as wide as a ball of R = 32 cells. It scrapes the top of a
-// block of 512^3 nodes, a quarter of its radius deep, one cell per step. The forces use the model
-// `energy`, in plain stock and in oak, whose grain and rings affect the force.
+// Measures one step of every tool. Each tool is as wide as a ball of R = 32 cells. It scrapes the
+// top of a block of 512^3 nodes. The depth is a quarter of the radius, and a step is one cell. The
+// force model is `energy`. The stock is first a material without grain, and then oak, whose grain
+// and rings affect the force.
 //
 //   tools_bench [--json] [--quick] [SHAPE]
 #include <cmath>
@@ -30,7 +31,8 @@ constexpr int kNodes = 512, kRadius = 32;
 Tool tool_of(size_t shape) {
   const double length = 100;
   if (shape == test::kMeshShape) {
-    // Letters as wide as the other tools. There is no stamp without the font.
+    // Letters as wide as the other tools. Without the font, returns an invalid tool, which main()
+    // skips.
     const Result<Tool> stamp = text_stamp({"KIBORI", "DejaVu Sans", 0.45 * kRadius, length, 0}, 1);
     return stamp ? stamp.value() : MeshTool{};
   }

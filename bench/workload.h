@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The workload of the step benchmark: a ball scrapes the top of a solid cube, half its depth, one
-// cell per step.
+// The workload of the step benchmark: a ball scrapes the top of a solid cube, half of it inside the
+// cube, one cell per step.
 #pragma once
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Draws how the same hand feels by the three force models, from the files that
+"""Plots the force on the same hand for the three force models, from the files that
 `kibori carve --forces` wrote for examples/feel-*.toml.
 
 Usage: draw_feel.py SERIES.csv ENERGY.csv PAPER.csv FIGURE.svg     ('./dev pictures' makes all of them)
@@ -20,7 +20,7 @@ PLUNGE_S = LIFT_S + math.dist((25, 15, 24), (12, 6, 23)) / 40
 PHASES = [("scrape", 0, SCRAPE_S, "#f6f1ea"), ("rest in the wood", SCRAPE_S, REST_S, "#e9e0d3"), ("plunge", PLUNGE_S, PLUNGE_S + 6 / 5, "#f6f1ea")]
 WIDTH, LEFT, RIGHT, TOP, HEIGHT, GAP = 820, 74, 804, 54, 130, 48
 COLUMNS = 700     # the ticks of a column are drawn as their mean, with a band for their range
-SHARE, ROOM = 0.99, 1.15  # the scale fits this share of the ticks with a force, and this much room above
+SHARE, ROOM = 0.99, 1.15  # scale: up to this quantile of the forces, times this factor
 
 
 def read(path):

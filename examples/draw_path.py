@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: MIT
-"""Writes a scene that shows a scene's labelled path over its uncut stock: a wire along the moves from
-the first label to the last, and the labels as letters of wire that face the viewer.
-Usage: draw_path.py SCENE.toml OUT.toml VIEW, with the VIEW of `kibori carve --picture`, as "-0.3,1,-0.5"."""
+"""Writes a scene that shows the path of examples/fig8-*.toml over the uncut stock, as wires: the lines from A to B and
+from C to D, and these letters. The letters face the viewer.
+Usage: draw_path.py SCENE.toml OUT.toml VIEW. VIEW is the option of `kibori carve --picture`, for example
+"-0.3,1,-0.5"."""
 import math
 import sys
 import tomllib
 
-# Strokes of letters in a square of 1, as far as the paper's figure needs them.
+# Strokes of the letters that the paper's figure needs, in a square of side 1.
 LETTERS = {
     "A": [[(0, 0), (0.4, 1), (0.8, 0)], [(0.15, 0.38), (0.65, 0.38)]],
     "B": [[(0, 0), (0, 1), (0.45, 1), (0.6, 0.78), (0.45, 0.55), (0, 0.55)], [(0.45, 0.55), (0.65, 0.28), (0.45, 0), (0, 0)]],
@@ -40,7 +41,7 @@ def main(scene_file, out_file, view):
                 out.write(f"\n[[move]]\nto = {place}\nspeed = 400\n{mode}\n")
 
         ends = {label: place for place, label in places if label}
-        # Only what works is drawn: from A to B, and from above C down to where the plunge ends.
+        # Draws only the two cuts: from A to B, and from C down to the lowest point of the plunge.
         lowest = min((place for place, _ in places[3:]), key=lambda place: place[2])
         wire([ends["A"], ends["B"]])
         wire([ends["C"], lowest])

@@ -1,36 +1,21 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Writes brushes.toml: a limewood board with the same grooves five times, each brushed across by another verb."""
+"""Writes brushes.toml: a limewood board with five equal groups of grooves. A different brush passes across each."""
 
 from pathlib import Path
 
-TILE = 30.0    # mm, along x, of one verb
+from scene_head import head
+
+TILE = 30.0    # mm, along x, for each brush
 DEPTH = 40.0   # mm, of the board along y
 TOP = 14.0     # mm
 VERBS = [("smooth", "strength = 0.8"), ("rasp", "strength = 1"), ("fill", "strength = 1"),
          ("inflate", "strength = 0.5"), ("flatten", "strength = 0.6")]
 PASSES = 6     # of the brush, there and back
 
-lines = [f"""# Brushes: five times the same three grooves. Across their middle, from left to right, a brush smooths,
-# rasps (only ridges), fills (only hollows), inflates, and flattens.
-# Written by make_brushes.py; edit that file.
-
-[stock]
-block = [{TILE * len(VERBS):g}, {DEPTH:g}, {TOP:g}]
-pitch = 0.25
-material = "limewood"
-room_mm = 6
-
-[tool]
-shape = "ball"
-radius = 3
-
-[force]
-model = "energy"
-
-[motion]
-rate_hz = 1000
-
+ABOUT = """# Brushes: five times the same three grooves. Across their middle, from left to right, a brush smooths,
+# rasps (only ridges), fills (only hollows), inflates, and flattens."""
+lines = [head(ABOUT, "make_brushes.py", f"block = [{TILE * len(VERBS):g}, {DEPTH:g}, {TOP:g}]", rate=1000) + f"""
 [[move]]
 to = [9, -5, {TOP + 6:g}]
 mode = "off"
@@ -52,7 +37,7 @@ for tile in range(len(VERBS)):
         move(x, DEPTH - 4, TOP + 2)
 for tile, (verb, strength) in enumerate(VERBS):
     left, right = TILE * tile + 7, TILE * tile + 23
-    # A stroke of flatten takes its plane from where it begins: on the middle groove, as it lies level.
+    # "flatten" takes its plane from the start of a stroke. At the middle groove this plane is level.
     move(TILE * tile + 15, DEPTH / 2, TOP, mode='"off"')
     for i in range(PASSES):
         keys = {"mode": f'"{verb}"', "brush": f"{{ radius = 7, {strength} }}"} if i == 0 else {}

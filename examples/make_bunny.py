@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Writes a scene that turns a mesh into wood and goes over it with a gouge, as a carver does who leaves the marks.
+"""Writes a scene that turns a mesh into wood and covers it with gouge marks, like the surface that a carver leaves.
 
 Usage: make_bunny.py MESH.off SCENE.toml     (the bunny: Debian's libcgal-demo; './dev pictures' does it all)
 """
@@ -79,7 +79,7 @@ class Places:
         return tuple(math.floor(x / self.size) for x in p)
 
     def deepest(self, centre, radius):
-        """How deep the ball goes over the nearest point."""
+        """Returns how deep a ball reaches below the surface at the nearest point [mm]; 0 if it reaches no point."""
         low, high = self.cell([x - radius for x in centre]), self.cell([x + radius for x in centre])
         nearest2 = radius * radius
         for i in range(low[0], high[0] + 1):
@@ -115,7 +115,7 @@ rate_hz = 1000
 to = [0, {FIT_MM + 20}, 0]
 """]
     places = Places(points, 2.0)
-    # Strokes follow the body round; from the top down, as one carves.
+    # Strokes go around the body, from the top down, as a carver works.
     for p, n in sorted(marks(points, triangles), key=lambda mark: -mark[0][1]):
         direction = cross(n, [0.15, 1, 0.1])
         if dot(direction, direction) < 0.05:

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Writes a scene that carves a duck in the round from a block: strokes of a ball from above, from all
-sides and from below, down to the shape in layers, then finishing strokes; and a bill, eyes and
-wings that are added.
+"""Writes a scene that carves a duck in the round from a block. A ball carves from above, from all
+sides and from below: first in layers down to the shape, then by finishing strokes. At the end a
+bill, eyes and wings are added.
 
     python3 examples/make_duck.py duck.toml
 """
@@ -127,7 +127,7 @@ def span(direction):
 
 
 def deepest(direction, u_direction, v_direction, u, v, high):
-    """How far along `direction` the ball's centre can go at (u, v) before the ball meets the duck."""
+    """Returns how far the ball's centre can go along `direction` at (u, v) before the ball touches the duck."""
     start, end = span(direction)
     t = start - BALL
     while t < end + BALL:

@@ -51,7 +51,7 @@ def brush(**keys):
 
 
 def stroke(mode, places, label=None, **keys):
-    """Through places; the first one is gone to through the air."""
+    """Writes a stroke through these places. The tool moves to the first one through the air."""
     move(places[0], mode='"off"')
     for i, place in enumerate(places[1:]):
         head = {"mode": f'"{mode}"', "brush": brush(**keys)} if i == 0 else {}
@@ -64,7 +64,7 @@ def shifted(place, x, y, z):
     return (place[0] + x, place[1] + y, place[2] + z)
 
 
-# On the mirror plane the image also pulls. So use half the strength there.
+# On the mirror plane, a stroke and its mirror image both pull. So strokes there use half the strength.
 MIDDLE = 0.5
 
 # A longer head: crown, and jaw.

@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: MIT
 """Writes fig6.toml: a fish carved from a plain block by strokes of a virtual finger.
 
-The fish is a height field over the block's base. A finger z = ks r^2 that must not cut below it may go down to
-    tip(p) = max over q of height(q) - ks |q - p|^2,
-which splits into one pass along x and one along y. Blunt fingers follow that surface in parallel strokes. Sharper
-ones follow the fish's outline on the ground. The details are single strokes a little below the surface.
+The fish is a height field over the block's base. A finger has the shape z = ks r^2 and must not cut into the fish.
+Its tip may go down to
+    tip(p) = max over q of height(q) - ks |q - p|^2.
+This maximum is computed in one pass along x and one along y. Blunt fingers follow this surface in parallel strokes.
+Sharper ones follow the fish's outline on the ground. The details are single strokes a little below the surface.
 """
 
 import math
@@ -36,7 +37,7 @@ ANAL = [(46.5, -5), (49, -11.5), (53.5, -15.6), (58, -16), (57, -11), (55, -3)]
 PECTORAL = [(22.8, -1.0), (27, 0.2), (32.5, -1.0), (37.6, -4.2), (39.4, -7.0), (34.5, -7.6), (28, -6.4),
             (23.4, -4.0)]
 EYE = (14.3, 3.6)
-# Strokes over the fins: how many, how much they bow, where they start and where they end.
+# Strokes over each fin: their number, their curvature, the line where they start and the line where they end.
 FANS = [(8, 0.06, [(64.5, 2.6), (66, 0), (64.5, -2.4)],
          [(84.2, 16.6), (82.9, 11.4), (79.6, 5.6), (77.8, 0.6), (79.4, -4.6), (82.4, -10), (83, -15)]),
         (9, 0.03, [(24.4, 13.8), (32, 14.4), (40, 13.2), (48, 9.8), (52, 7.6)],
@@ -82,7 +83,7 @@ def rounded(points, pieces=5):
 
 
 def inside_distance(polygon, x, y):
-    """How far (x, y) lies inside the polygon; negative outside."""
+    """The distance of (x, y) from the polygon's edge; negative outside."""
     inside, best = False, 1e9
     for (ax, ay), (bx, by) in zip(polygon, polygon[1:] + polygon[:1]):
         if (ay > y) != (by > y) and x < ax + (y - ay) * (bx - ax) / (by - ay):
@@ -94,7 +95,7 @@ def inside_distance(polygon, x, y):
 
 
 def simplified(points, tolerance):
-    """The points without those nearer than the tolerance to the line between their neighbours (Douglas-Peucker)."""
+    """Simplifies a line: removes points within the tolerance of the remaining line (Douglas-Peucker)."""
     if len(points) < 3:
         return list(points)
     a, b = points[0], points[-1]
@@ -140,7 +141,7 @@ def ramp(inside):
 
 
 def body(x, v):
-    """Height of the body over the ground; 0 beside it."""
+    """Height of the body over the ground; 0 outside the body."""
     half = half_height(x, v)
     if half <= 0 or abs(v) >= half + 0.4:
         return 0.0
@@ -224,7 +225,7 @@ def envelope(values, ks):
 
 
 def tip_field(field, ks):
-    """How deep the tip of an upright finger may go at every place."""
+    """The lowest height of an upright finger's tip at every place."""
     rows = [envelope(row, ks) for row in field]
     columns = [envelope(list(column), ks) for column in zip(*rows)]
     return [list(row) for row in zip(*columns)]
@@ -310,9 +311,9 @@ def levelling(field):
 
 
 def outlining(field):
-    """Strokes round the fish on the ground, each with a sharper finger and so a little nearer.
+    """Strokes around the fish on the ground. Each has a sharper finger, so it is a little nearer to the fish.
 
-    All but the last two lines are followed loosely, by a finger a third sharper than the line was made for.
+    All lines except the last two are followed loosely, by a finger a third sharper than the line's own.
     """
     strokes = []
     for ks in (0.1, 0.13, 0.17, 0.22, 0.29, 0.38, 0.5, 0.7, 1.1, 1.7):
@@ -348,7 +349,7 @@ def rounding(field):
 
 
 def edges(field):
-    """The gill cover's edge, then twice round the pectoral fin."""
+    """Strokes along the gill cover's edge, and then twice around the pectoral fin."""
     tips = tip_field(field, 1.2)
     cover = [(gill(v) + 0.45, v + middle(gill(v))) for v in [9.6 - 0.5 * k for k in range(36)]]
     strokes = [(1.2, UP, follow(tips, cover, 0.06, -0.1), "gill")]
@@ -365,7 +366,7 @@ def edges(field):
 
 
 def corners(field):
-    """The corners between the body and the fins on its back and belly, there and back."""
+    """Strokes along the corners between the body and the fins on its back and belly, there and back."""
     tips, strokes = tip_field(field, 1.2), []
     for side, x0, x1 in ((1, 20, 57), (-1, 58, 45), (-1, 43, 28)):
         xs = [x0 + (x1 - x0) * k / 30 for k in range(31)]
@@ -376,7 +377,7 @@ def corners(field):
 
 
 def groove(field, path, depths, ks, label=""):
-    """One stroke below the surface, its depth changing evenly from one given value to the next."""
+    """One stroke below the surface. Its depth changes evenly from one given value to the next."""
     points, n = [], len(path) - 1
     for k, (x, y) in enumerate(path):
         t = k / n * (len(depths) - 1)
@@ -387,7 +388,7 @@ def groove(field, path, depths, ks, label=""):
 
 
 def ray(root, end, bow, n=12):
-    """A bowed path between two places of the fish's frame, in the block's."""
+    """A curved path between two places. They are given in the fish's frame, the path is in the block's."""
     dx, dv = end[0] - root[0], end[1] - root[1]
     points = [(root[0] + dx * t - bow * dv * 4 * t * (1 - t), root[1] + dv * t + bow * dx * 4 * t * (1 - t))
               for t in [k / n for k in range(n + 1)]]
@@ -409,7 +410,7 @@ def fan(tips, ks, depths, roots, ends, count, bow):
 
 
 def fins(field):
-    """The faces of the fins with a blunter finger, then their rays."""
+    """Strokes over the faces of the fins with a blunt finger, then over their rays with a sharper one."""
     strokes = []
     for ks, more, depths in ((0.35, 0, (0.0, 0.0)), (1.3, 1, (-0.1, 0.35, 0.45, 0.5, 0.45))):
         tips = tip_field(field, ks)
@@ -444,7 +445,7 @@ def normal(field, x, y):
 
 
 def scale(field, x, v, width):
-    """One scale: an arc open towards the head, the finger leaning from the surface's normal towards the tail."""
+    """One scale: an arc that is open towards the head. The finger leans from the normal towards the tail."""
     n = normal(field, x, v + middle(x))
     axis = (n[0] + 0.45, n[1], n[2])
     points = []
@@ -458,7 +459,7 @@ def scale(field, x, v, width):
 
 
 def bare(field, plain, x, v, width):
-    """Whether nothing stands on the body where a scale would be."""
+    """True if no raised part of the body is where a scale would be."""
     places = [(x + dx * width, v + dv * width) for dx in (0, 0.5, 1) for dv in (-1.1, -0.5, 0, 0.5, 1.1)]
     return all(at(field, px, pv + middle(px)) < at(plain, px, pv + middle(px)) + 0.45 for px, pv in places)
 
@@ -511,12 +512,12 @@ mode = "off"
 
 
 def triple(values):
-    """A TOML list of three numbers, as short as can be."""
+    """A TOML list of numbers with at most two decimals."""
     return "[" + ",".join(f"{value + 0.0:.2f}".rstrip("0").rstrip(".") for value in values) + "]"
 
 
 def hop(last, start):
-    """Free travel from the end of a stroke to the start of the next: low between neighbours, else over the block."""
+    """Moves in the air from one stroke's end to the next one's start: low between near strokes, else over the block."""
     low = max(last[2], start[2])
     if math.hypot(start[0] - last[0], start[1] - last[1]) < 8 and min(last[2], start[2]) > GROUND + 1.5:
         return [tuple((a + b) / 2 for a, b in zip(last[:2], start[:2])) + (low + 2.0,)]
@@ -555,7 +556,7 @@ def write(strokes, path):
 
 
 def main():
-    """Makes the strokes and writes the scene beside this file."""
+    """Makes the strokes and writes the scene next to this file."""
     field = field_of(fish)
     plain = field_of(lambda x, y: GROUND + body(x, y - middle(x)))
     strokes = []

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Writes molar.nrrd, a labelled volume of a simplified lower molar, as a segmented scan would be:
-1 enamel, 2 dentine, 3 pulp, voxels of 0.2 mm. Usage: make_molar.py molar.nrrd"""
+"""Writes molar.nrrd, a labelled volume of a simplified lower molar, like a segmented scan. Voxels have 0.2 mm.
+Labels: 1 enamel, 2 dentine, 3 pulp. Usage: make_molar.py molar.nrrd"""
 
 import gzip
 import math
@@ -46,7 +46,7 @@ def label(p):
         pulp = min(pulp, max(math.hypot(x - axis, y - 5.6) - 0.45, 2.2 - z, z - 12.5))
     if pulp < 0:
         return 3
-    # Enamel covers the crown alone, thickest on the cusps.
+    # Enamel covers only the crown. It is thickest on the cusps.
     rim = 11.2 + 0.5 * math.cos(2 * math.atan2(y - 5.6, x - 6))
     thick = min(1.5, 0.35 * max(0, z - rim))
     return 1 if grown(p, thick) > 0 else 2

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Mutated mesh files through the helper program. read_mesh must answer with a sound mesh or with
-// one sentence, in time. A crash of the helper is a finding.
+// Reads mutated mesh files with the helper program. read_mesh must return a valid mesh or an error
+// of one sentence, within 20 s. Anything else and a crash of the helper are findings. Each finding
+// is stored in the current folder. KIBORI_SEED sets the seed.
 //
-//   fuzz_foreign SECONDS CORPUS_FOLDER     (CORPUS_FOLDER/obj and so on, by kMeshFormats)
+//   fuzz_foreign SECONDS CORPUS_FOLDER     (has a folder for each format: obj, ply, ...)
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -97,7 +98,7 @@ int main(int argc, char** argv) {
     const std::string ending(format.ending.substr(1));
     for (const auto& entry :
          std::filesystem::directory_iterator(std::filesystem::path(argv[2]) / ending)) {
-      if (ending_of(entry.path()) == ".bin") {  // files of the folder name it
+      if (ending_of(entry.path()) == ".bin") {  // a .gltf file names it
         std::filesystem::copy_file(entry.path(), folder / entry.path().filename());
         continue;
       }
@@ -106,7 +107,7 @@ int main(int argc, char** argv) {
     }
   }
   if (corpus.empty()) return std::fprintf(stderr, "no corpus in %s\n", argv[2]), 2;
-  std::map<std::string, int> ends;  // how they ended
+  std::map<std::string, int> ends;  // number of files per outcome
   double slowest = 0;
   int findings = 0;
   const auto start = Clock::now();

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
-// libFuzzer on a reader of our own, chosen when compiling by KIBORI_FUZZ_<READER>. A finding
-// is anything except a result or an error of one sentence. Each folder of
-// fuzz/corpus has a branch at the end of this file.
+// Runs libFuzzer on one of Kibori's readers. The macro KIBORI_FUZZ_<READER> selects it. The reader
+// must return a valid result or an error of one sentence. Anything else is a finding. Each folder
+// of fuzz/corpus has a branch at the end of this file.
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -25,8 +27,12 @@
 #include <kibori/formats/png_file.h>
 #include <kibori/formats/stl.h>
 #include <kibori/formats/threemf.h>
+#include <kibori/mill/machine.h>
 #include <kibori/mill/program.h>
+#include <kibori/mill/refeed.h>
+#include <kibori/mill/tool_table.h>
 #include <kibori/motion/direct_tool.h>
+#include <kibori/run/milling_job.h>
 #include <kibori/surface/surface.h>
 
 using namespace kibori;
@@ -54,7 +60,7 @@ void one_sentence(const Result<T>& result) {
     std::abort();
 }
 
-// Runs every reading function of a document.
+// Runs the functions that read a document.
 [[maybe_unused]] void document(const std::span<const char> bytes) {
   static const std::filesystem::path file = std::filesystem::temp_directory_path() /
                                             ("kibori-fuzz-" + std::to_string(getpid()) + ".kibori");
@@ -73,7 +79,7 @@ void one_sentence(const Result<T>& result) {
   }
 }
 
-// All moves of a program, one line at a time.
+// Reads all moves of a program. The targets of rapid moves must be finite.
 [[maybe_unused]] void program(const std::string_view text) {
   const auto reader = Program::of_text("a.nc", text);
   std::vector<CanonMove> moves;
@@ -89,7 +95,84 @@ void one_sentence(const Result<T>& result) {
   }
 }
 
-// Carves the tile that was read, and extracts its surface.
+// A valid job has at least one set-up. Each set-up has a program, and its frame is orthonormal.
+[[maybe_unused]] void mill_job(const std::string_view text) {
+  const Result<MillJob> job = parse_mill_job(std::string(text), "a.toml", "folder");
+  one_sentence(job);
+  if (!job) return;
+  if (job.value().setups.empty()) std::abort();
+  for (const MillJobSetup& setup : job.value().setups) {
+    const Mat3 turn = setup.frame.frame.transpose() * setup.frame.frame;
+    if (setup.programs.empty() || !(turn - Mat3::Identity()).isZero(1e-6)) std::abort();
+  }
+}
+
+// Parses the input as each of the three kinds of tool tables. Every tool must be valid.
+[[maybe_unused]] void mill_tools(const std::string& text) {
+  const auto check = [](const ToolTable& table) {
+    for (const MillTool& tool : table.tools) {
+      if (!check_tool(tool.cutter)) std::abort();
+      for (const ToolSection& section : tool.body)
+        if (!(section.radius_mm > 0 && section.from_mm < section.to_mm)) std::abort();
+    }
+  };
+  for (const auto parse : {parse_linuxcnc_tools, parse_toml_tools}) {
+    const Result<ToolTable> table = parse(text, "a.tbl");
+    one_sentence(table);
+    if (table) check(table.value());
+  }
+  const Result<MillProject> project = parse_camotics(text, "a.camotics", ".");
+  one_sentence(project);
+  if (project) check(project.value().tools);
+}
+
+// A valid machine must convert axis positions to finite poses. Its rapid moves must have at most
+// six points and a finite duration.
+[[maybe_unused]] void mill_machine(const std::string& text) {
+  const Result<Machine> machine = parse_machine(text, "a.toml");
+  one_sentence(machine);
+  if (!machine) return;
+  const AxisPosition at{Vec3(1, 2, 3), Vec3(10, 20, 30)};
+  for (const bool tcp : {false, true})
+    if (!machine.value().pose(at, tcp).tip.allFinite()) std::abort();
+  if (machine.value().rapid_points({}, at).size() > 6 ||
+      !std::isfinite(machine.value().rapid_seconds({}, at)))
+    std::abort();
+}
+
+// A program with rewritten feed rates must have the same moves, and no feed rate may be higher.
+[[maybe_unused]] void refeed(const std::string_view text) {
+  FeedRewriter rewriter({});
+  Interpreter before, after;
+  int number = 0;
+  for (size_t at = 0; at < text.size() && !before.ended(); number++) {
+    const size_t end = std::min(text.find('\n', at), text.size());
+    const std::string_view line = text.substr(at, end - at);
+    at = end + 1;
+    const Result<std::string> written = rewriter.rewrite(line, number, number % 3 == 0 ? 0.37 : 1);
+    one_sentence(written);
+    if (!written) return;
+    const Result<GcodeLine> old_words = parse_gcode(line), words = parse_gcode(written.value());
+    if (!old_words || !words) {
+      // With the new word, a long line may exceed the limit.
+      if (line.size() + 20 > kMaxGcodeLine) return;
+      std::abort();
+    }
+    std::vector<CanonMove> old_moves, moves;
+    if (!before.run(old_words.value(), number, old_moves) ||
+        !after.run(words.value(), number, moves) || moves.size() != old_moves.size())
+      std::abort();
+    for (size_t i = 0; i < moves.size(); i++) {
+      const auto *const one = std::get_if<FeedMove>(&old_moves[i].action),
+                        *const other = std::get_if<FeedMove>(&moves[i].action);
+      if (moves[i].action.index() != old_moves[i].action.index() ||
+          (one && (!(one->to == other->to) || other->feed.value > one->feed.value * 1.000001)))
+        std::abort();
+    }
+  }
+}
+
+// Decodes a tile, carves it, and extracts its surface.
 [[maybe_unused]] void tile(const Bytes& packed) {
   Lattice lattice;
   lattice.nodes = Index3(16, 16, 16);
@@ -109,8 +192,9 @@ void one_sentence(const Result<T>& result) {
   extract_surface(model.snapshot(), 1);
 }
 
-// The contents of a document's cells. The first byte selects the kind. They are compressed here,
-// because a fuzzer does not find valid compressed data.
+// Decodes the content of a cell of a document. The first byte selects the kind. Some kinds are
+// compressed. For these, the input is compressed here, because a fuzzer does not find valid
+// compressed data.
 [[maybe_unused]] void cell(const uint8_t* data, size_t size) {
   if (size == 0) return;
   Bytes packed(ZSTD_compressBound(size));
@@ -143,7 +227,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
 #elif defined(KIBORI_FUZZ_GLB)
   sound(parse_glb(text, "a.glb"));
 #elif defined(KIBORI_FUZZ_GLTF)
-  // The input itself as the file that a buffer names.
+  // The input is also the content of the file that a buffer names.
   GltfFiles files;
   files.emplace("part.bin", std::vector<char>(bytes.begin(), bytes.end()));
   sound(parse_glb(text, "a.gltf", nullptr, &files));
@@ -160,6 +244,13 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   one_sentence(parse_scene({bytes.data(), bytes.size()}, "a.toml", "."));
 #elif defined(KIBORI_FUZZ_GCODE)
   program(text);
+  refeed(text);
+#elif defined(KIBORI_FUZZ_MILL_JOB)
+  mill_job(text);
+#elif defined(KIBORI_FUZZ_MILL_TOOLS)
+  mill_tools(std::string(text));
+#elif defined(KIBORI_FUZZ_MILL_MACHINE)
+  mill_machine(std::string(text));
 #elif defined(KIBORI_FUZZ_DOCUMENT)
   document(bytes);
 #elif defined(KIBORI_FUZZ_CELL)

@@ -15,11 +15,11 @@ int main(int argc, char** argv) {
   if (!model) return std::fprintf(stderr, "%s\n", model.error().c_str()), 2;
   const Snapshot snapshot = model.value()->snapshot();
   const LiveSurface surface(snapshot, 1);
-  const Index3 count = surface_chunks(snapshot.lattice);
+  const ChunkRange range = surface_chunks(snapshot.lattice);
   std::vector<uint8_t> bytes;
-  for (int x = 0; x < count.x(); x++)
-    for (int y = 0; y < count.y(); y++)
-      for (int z = 0; z < count.z(); z++)
+  for (int x = range.low.x(); x < range.high.x(); x++)
+    for (int y = range.low.y(); y < range.high.y(); y++)
+      for (int z = range.low.z(); z < range.high.z(); z++)
         if (const SurfaceChunk& chunk = surface.chunk({x, y, z}); !chunk.triangles.empty())
           studio::put_chunk(bytes, chunk, {x, y, z}, snapshot.lattice);
   return std::fwrite(bytes.data(), 1, bytes.size(), stdout) == bytes.size() ? 0 : 1;

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Installs Kibori into a temporary folder, builds programs against it with find_package, and runs them: the core alone, where
-# nothing that only kibori_tools needs can be found; then both libraries.
+# Installs Kibori into a temporary folder, builds programs against it with find_package, and runs
+# them. First, only the core is installed, and CMake cannot find the dependencies of kibori_tools.
+# Then both libraries are installed.
 # Usage: consumer.sh BUILD_DIR
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
@@ -21,7 +22,7 @@ cmake --build "$folder/build-core"
 
 cmake --install "$1" --prefix "$folder/prefix" >/dev/null
 "$folder/prefix/bin/kibori" --version
-# What the tools need is missed by name.
+# Without the dependencies of kibori_tools, CMake's error message must name them.
 said=$(consume "$folder/prefix" "$folder/build-hidden" "${hidden[@]}" 2>&1) && { echo "consumer.sh: tools found without Embree" >&2; exit 1; }
 [[ $said == *"needs Embree 3 and toml++"* ]] || { echo "consumer.sh: $said" >&2; exit 1; }
 consume "$folder/prefix" "$folder/build" >/dev/null
@@ -29,5 +30,5 @@ cmake --build "$folder/build"
 mkdir "$folder/out"
 "$folder/build/consumer" "$folder/out"
 "$folder/build/live"
-# What is internal stays here.
+# Internal headers must not be installed.
 ! grep -rlE "Internal( to|\.)" "$folder/prefix/include/kibori"

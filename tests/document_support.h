@@ -132,7 +132,7 @@ inline void carve(Document& document, TriDexel& model, Random& random, int ticks
   }
 }
 
-// A long path through the air, after which tiles are stored.
+// Adds a stroke through the air that is so long that the document then stores tiles.
 inline void wander(Document& document, const TriDexel& model) {
   ASSERT_TRUE(document.begin({}, {}).ok());
   for (int t = 0; t < 41000; t++) document.add({});

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Knowledge of the tests about every tool shape: how to make a tool that passes check_tool, and
-// which points it contains. The latter follows from its definition alone (the oracle of sweeps). A
-// missing shape does not compile.
+// For every tool shape: a function that makes a tool that passes check_tool, and a function for the
+// points that the tool contains. The second one uses only the definition of the shape. It is the
+// oracle of sweeps. If a shape is missing, the tests do not compile.
 #pragma once
 
 #include <algorithm>
@@ -24,7 +24,8 @@ struct ToolSize {
 //   make    a tool of that size, longer if the shape needs it. draw(min, usual, max) gives a number
 //           between min and max. Draw one number at a time: compilers differ in the order in which
 //           they evaluate the arguments of a function.
-//   inside  >= 0 at points inside, about a distance near the surface; in the tool's frame [mm].
+//   inside  >= 0 at points inside. Near the surface it is roughly the distance from it [mm]. Points
+//           are in the tool's frame.
 
 template <class Shape>
 using Of = std::type_identity<Shape>;
@@ -97,7 +98,7 @@ inline double inside(const Ellipsoid& t, const Vec3& p) {
   return (1 - q.norm()) * t.radii.minCoeff();
 }
 
-// A tetrahedron that is not its own image in any plane.
+// A tetrahedron without a plane of symmetry.
 MeshTool make(Of<MeshTool>, const ToolSize& size, auto&& draw) {
   auto mesh = std::make_shared<TriangleMesh>();
   const double s = 2 * size.radius, side = draw(0, 0.1, 0.2) * s;
@@ -105,7 +106,7 @@ MeshTool make(Of<MeshTool>, const ToolSize& size, auto&& draw) {
   mesh->triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
   return {mesh};
 }
-// Of a convex mesh.
+// The mesh must be convex.
 inline double inside(const MeshTool& tool, const Vec3& p) {
   double min = 1e30;
   for (const auto& t : tool.mesh->triangles) {
@@ -123,13 +124,13 @@ inline double inside(const Drill& t, const Vec3& p) {
   return inside(Cone{t.angle_deg, t.radius, t.length}, p);
 }
 
-// Also balls as wide as the shank, and tapers that end before they are as wide.
+// Includes balls as wide as the shank, and tapers that end before they reach the shank's width.
 TaperedBall make(Of<TaperedBall>, const ToolSize& size, auto&& draw) {
   const double ball = std::min(1.0, draw(0.2, 1.0 / 3, 1.2)) * size.radius;
   return {ball, draw(3, 40, 140), size.radius, std::max(size.length, 2.1 * ball)};
 }
-// A cone with a rounded tip. Where the cone's side is nearest: the distance from the ball's centre
-// along the normal of the side. Elsewhere: along the line to the centre.
+// A cone with a rounded tip. The distance is measured from the ball's centre. If the side of the
+// cone is nearest, it is measured along the side's normal, otherwise along the line to the point.
 inline double inside(const TaperedBall& t, const Vec3& p) {
   const double half = radians(t.angle_deg) / 2, r = from_axis(p), z = p.z() - t.ball;
   const bool near_side = z * std::cos(half) > -r * std::sin(half);
@@ -138,7 +139,7 @@ inline double inside(const TaperedBall& t, const Vec3& p) {
   return std::min({side, t.radius - r, t.length - p.z()});
 }
 
-// Between the sides of a blade and below its end.
+// The inside of a blade's box, without its cutting edge.
 inline double inside_blade(const auto& t, const Vec3& p) {
   return std::min(
       {t.thickness / 2 - std::abs(p.x()), t.width / 2 - std::abs(p.y()), t.length - p.z()});
@@ -151,7 +152,8 @@ Gouge make(Of<Gouge>, const ToolSize& size, auto&& draw) {
 inline double inside(const Gouge& t, const Vec3& p) {
   const GougeArc arc = gouge_arc(t);
   const double y = p.y() / arc.across, z = 1 - p.z() / arc.upright;
-  // Of an ellipse, the value over its gradient. If the gradient is zero, no face is near.
+  // The value of the ellipse's function divided by its gradient. If the gradient is zero, no face
+  // is near.
   const double slope = std::hypot(y / arc.across, z / arc.upright);
   const double below = p.z() >= arc.depth ? 1e30
                        : slope > 1e-6     ? (1 - y * y - z * z) / (2 * slope)
@@ -198,7 +200,7 @@ inline double inside(const Knife& t, const Vec3& p) {
   return std::min(up * std::sin(edge) - std::abs(p.y()) * std::cos(edge), t.length - p.z());
 }
 
-// Neck and shank, from within the head up.
+// The inside of the neck and the shank. The neck begins at the height `from`, within the head.
 inline double inside_stem(const auto& t, double from, const Vec3& p) {
   const double r = from_axis(p);
   return std::max(std::min({t.neck - r, p.z() - from, t.length - p.z()}),
@@ -253,7 +255,7 @@ Tool random_tool(size_t shape, auto& random, const ToolSizes& sizes) {
 
 inline const size_t kMeshShape = Tool(MeshTool()).index();
 
-// True if numbers describe the whole shape: not for meshes and the half-space.
+// True if a shape has numbers that describe it. Meshes and the half-space have none.
 inline bool has_numbers(size_t shape) {
   bool has = false;
   for_tool_numbers(*default_tool(kToolShapes[shape]),
@@ -261,8 +263,8 @@ inline bool has_numbers(size_t shape) {
   return has;
 }
 
-// Of any shape that has numbers. `shapes`: only the first shapes, as many as there were when a seed
-// was noted.
+// A tool of a random shape that has numbers. Draws only from the first `shapes` shapes. To repeat a
+// seed, pass the number of shapes at the time when the seed was noted.
 Tool random_tool(auto& random, const ToolSizes& sizes, size_t shapes = kToolShapes.size()) {
   for (;;) {
     const auto shape = static_cast<size_t>(random.integer(0, static_cast<int>(shapes) - 1));

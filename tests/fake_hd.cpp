@@ -56,7 +56,7 @@ void hdGetDoublev(unsigned what, double* v) {
   if (what == 0x2051) v[0] = 100, v[1] = v[2] = 0;
   if (what == 0x2052)
     for (int i = 0; i < 16; i++) v[i] = i % 5 == 0;
-  // Columns: x to -z, z to x: a quarter turn about y, which points up.
+  // A matrix by columns: a quarter turn about y, which points up. x becomes -z, and z becomes x.
   if (what == 0x2052) v[0] = 0, v[2] = -1, v[8] = 1, v[10] = 0;
 }
 void hdGetIntegerv(unsigned what, int* v) {

@@ -26,8 +26,8 @@ class FaultVfs {
     std::vector<char> data;
   };
 
-  // Operations that change a file are counted from 1. The first one to fail (0: none), whether
-  // later ones also fail, and the error.
+  // Operations that change a file are counted from 1. `fail_at` is the first one that fails (0:
+  // none). If `fail_on` is set, later ones also fail. `error` is the code of a failed write.
   std::atomic<int64_t> fail_at = 0;
   std::atomic<bool> fail_on = false;
   std::atomic<int> error = SQLITE_IOERR_WRITE;
@@ -106,7 +106,7 @@ class FaultVfs {
       const std::lock_guard lock(get().mutex_);
       if (get().fails()) return SQLITE_IOERR_FSYNC;
       get().note({Op::sync, *of(f)->name, 0, {}});
-      return SQLITE_OK;  // the machine's own need not wait
+      return SQLITE_OK;  // the test needs no real sync, which would take time
     };
     methods_.xFileSize = [](sqlite3_file* f, sqlite3_int64* size) {
       return real(f)->pMethods->xFileSize(real(f), size);
@@ -148,7 +148,7 @@ class FaultVfs {
     if (log) ops.push_back(std::move(op));
   }
 
-  std::mutex mutex_;  // the thread that keeps a log also writes
+  std::mutex mutex_;  // several threads of a document may write
   sqlite3_vfs* real_ = nullptr;
   sqlite3_vfs vfs_{};
   sqlite3_io_methods methods_{};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Prints "TARGET THREADS GEOMETRY-SUMS", two hashes, for every vector unit of this machine and the
-// given numbers of threads.
+// Prints "TARGET THREADS GEOMETRY-SUMS" for every vector unit of this machine and the given numbers
+// of threads. GEOMETRY and SUMS are the hashes of golden_session().
 #include <cstdio>
 #include <cstdlib>
 

@@ -20,9 +20,9 @@ struct GoldenHashes {
   uint64_t sums;      // of all forces and removed volumes
   bool operator==(const GoldenHashes&) const = default;
 };
-inline constexpr GoldenHashes kGolden{0x7c4be5faf469c786, 0x7c8518d1f8933441};
+inline constexpr GoldenHashes kGolden{0x7c4be5faf469c786, 0x81c2613c015d2969};
 
-// Numbers that do not depend on the C++ library.
+// A sequence of pseudorandom numbers that does not depend on the C++ library.
 class Sequence {
  public:
   double uniform(double low, double high) {
@@ -91,7 +91,7 @@ inline GoldenHashes golden_session(int threads) {
                       LatticeVector{Vec3(1, 2, 3)}, 9),
             0xff3366ffu, options, painted);
     }
-    // An occasional trim by the half-space and an intersection keeps part of the model.
+    // Once, a half-space trims the model. Later, an intersection keeps only part of it.
     if (stroke_index == 400) {
       DirectTool trim(model, Pose{Vec3(20, 16, 25.3), frame_from_axis(Vec3(0.1, 0.2, 1))});
       trim.set_threads(threads);

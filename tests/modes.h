@@ -20,8 +20,8 @@ inline const std::vector<Mode>& reshaping_modes() {
   return modes;
 }
 
-// `random` gives integer(low, high). `count`: only the first modes, as many as there were when a
-// seed was noted.
+// `random` gives integer(low, high). Draws only from the first `count` modes. To repeat a seed,
+// pass the number of modes at the time when the seed was noted.
 inline Mode random_reshaping_mode(auto& random, size_t count = reshaping_modes().size()) {
   return reshaping_modes()[static_cast<size_t>(random.integer(0, static_cast<int>(count) - 1))];
 }

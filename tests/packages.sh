@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Makes the wheel and the Debian packages of a build, puts both into empty roots, and uses them there.
+# Makes the wheel and the Debian packages of a build, unpacks each kind into an empty folder, and
+# runs the programs and the Python module from there.
 # Usage: packages.sh BUILD_DIR
 set -euo pipefail
 build=$(realpath "$1")
@@ -9,7 +10,7 @@ trap 'rm -rf "$folder"' EXIT
 "$here/../tools/package.sh" "$build" "$folder/out"
 
 say() { printf '==> %s\n' "$*"; }
-# Nothing of this shell, and nothing of the checkout.
+# Runs a command outside of the checkout, without the environment variables of this shell.
 bare() { (cd "$folder" && env -i HOME="$folder" PATH=/usr/bin:/bin "$@"); }
 no_checkout() { # folder
   ! grep -rlaF "$(realpath "$here/..")/" "$1" || { echo "packages.sh: these name the checkout" >&2; exit 1; }
@@ -22,7 +23,7 @@ say "the wheel, in a folder of its own"
 wheel="$folder/wheel"
 /usr/bin/python3 -m pip install --quiet --root-user-action=ignore --no-index --no-deps --target "$wheel" "$folder"/out/*.whl
 no_checkout "$wheel"
-# Every library that it loads is its own, or libc's.
+# The wheel's binaries may load only libraries of the wheel and of libc.
 for binary in "$wheel"/kibori/_kibori*.so "$wheel"/kibori/bin/*; do
   ldd "$binary" | awk '/=>/ { print $1, $3 }' | while read -r name path; do
     case "$name" in libc.so.* | libm.so.* | libdl.so.* | librt.so.* | libpthread.so.* | libresolv.so.*) continue ;; esac
@@ -35,7 +36,7 @@ import kibori as kb
 m = kb.Model.block((40, 30, 20), 0.5)
 r = m.carve(kb.Ball(5), [[5, 15, 18], [35, 15, 18]])
 assert r.removed_mm3[0] > 300
-# By the program that reads what is not to be trusted.
+# kibori-import reads OBJ files.
 open("box.obj", "w").write("".join(f"v {i & 1} {i >> 1 & 1} {i >> 2}\n" for i in range(8)) + "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n")
 assert abs(kb.Model.mesh("box.obj", 0.5, fit=10).volume_mm3 - 1000) < 20
 kb.text_stamp("A")

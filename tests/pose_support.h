@@ -15,7 +15,7 @@
 
 namespace kibori::test {
 
-// How a shape is turned against the lattice.
+// Orientation of a shape relative to the lattice's axes.
 enum class Lie { on_axes, near_axes, oblique };
 inline const char* name_of_lie(Lie lie) {
   return lie == Lie::on_axes ? "on axes" : lie == Lie::near_axes ? "2 degrees off" : "oblique";
@@ -48,8 +48,8 @@ inline Mat3 random_frame(Random& random, Lie lie) {
   return frame;
 }
 
-// A lattice that contains a box of `size` about `centre` in any frame. Its offset and its number of
-// nodes are random.
+// A lattice that contains a box of `size` about `centre`, in any orientation of the box. The
+// lattice's offset and its number of nodes are random.
 inline Lattice random_lattice(Random& random, const Vec3& centre, const Vec3& size, double pitch) {
   Lattice lattice;
   lattice.pitch_mm = pitch;
@@ -72,7 +72,7 @@ struct PlacedBox {
   double volume() const { return size.prod(); }
 };
 
-// Volume of what a tool at rest adds or removes [mm^3].
+// Adds the body of a tool at rest. Returns the added volume [mm^3].
 inline double add_tool(TriDexel& model, const Tool& tool, const Pose& pose, uint8_t material = 0) {
   Removed added;
   const SweptTool solid(tool, pose, Vec3::Zero(), model.lattice());
@@ -87,7 +87,7 @@ inline double cut_tool(TriDexel& model, const Tool& tool, const Pose& pose,
   return removed.volume() * std::pow(model.lattice().pitch_mm, 3);
 }
 
-// Mean, root mean square and largest size of errors.
+// Mean, root mean square and largest absolute value of errors.
 class Errors {
  public:
   void add(double error) {
@@ -101,7 +101,7 @@ class Errors {
   double rms() const { return std::sqrt(squares_ / count_); }
   double deviation() const { return std::sqrt(std::max(0.0, squares_ / count_ - mean() * mean())); }
   double largest() const { return largest_; }
-  // Bound of the mean's size, with room for the scatter of the mean of these errors.
+  // Bound for the absolute value of the mean: `aim`, and four standard deviations of the mean.
   double mean_bound(double aim) const { return aim + 4 * deviation() / std::sqrt(count_); }
 
  private:
@@ -109,8 +109,8 @@ class Errors {
   double sum_ = 0, squares_ = 0, largest_ = 0;
 };
 
-// Factor on the bound of a root mean square of `count` errors, for its scatter. The errors have long
-// tails: a few thin cuts have most of the error.
+// Factor on the bound of a root mean square of `count` errors, because this value varies from run
+// to run. It varies much, because a few thin cuts have most of the error.
 inline double scatter(int count) { return 1 + 4 / std::sqrt(count); }
 
 // Area of the segment of a circle of radius r that is `depth` high.
@@ -129,8 +129,9 @@ inline MeshTool random_tetrahedron(Random& random, double size) {
   return {mesh};
 }
 
-// Section that a tetrahedron cuts while it moves along its x axis: the area of its shadow below
-// `depth`. The shadow of a convex body at one height spans all pairs of its vertices.
+// Area [mm^2] of the section that a tetrahedron cuts while it moves along its x axis, up to the
+// height `depth`. The section is the tetrahedron's projection along x. At one height it spans the
+// lines between all pairs of vertices.
 inline double shadow_area(const MeshTool& tool, double depth) {
   constexpr int kSlices = 4000;
   double area = 0;
@@ -179,13 +180,14 @@ inline const char* name_of_kind(Kind kind) {
                                     "box",  "frustum", "tetrahedron"};
   return kNames[static_cast<int>(kind)];
 }
-// Depth of a cut over its mean thickness, about.
+// Approximate ratio of a cut's depth to its mean thickness.
 inline double depth_of(Kind kind) {
   constexpr double kFactor[] = {1.5, 2, 1.5, 1, 1, 1, 2};
   return kFactor[static_cast<int>(kind)];
 }
 
-// A tool that is higher than `depth`. Its cut is `width` wide or more, except a tetrahedron's.
+// A random tool that is higher than `depth`. Its cut is at least `width` wide. A tetrahedron's cut
+// may be narrower.
 inline Cutter random_cutter(Random& random, Kind kind, double pitch, double depth,
                             double width = 0) {
   const double radius = pitch * random.uniform(6, 12) + 0.6 * depth, length = 2 * depth + 9 * pitch;

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""The studio as a program, and a page of it that is spoken for by hand: WebSocket with nothing but sockets, so that what no
-browser would send can be. The program is the test's first argument."""
+"""Starts the studio as a process and talks to it as a page. The client uses plain sockets for HTTP and WebSocket, so a
+test can also send messages that no browser sends. The path of the program is the test's first argument."""
 import base64
 import json
 import os
@@ -98,10 +98,10 @@ class Connection:
         data = self.take(size)
         if head[0] & 15 == 8:
             raise ConnectionError(*struct.unpack(">H", data[:2]))
-        if head[0] & 15 == 9:  # a ping; answer it and ignore it
+        if head[0] & 15 == 9:  # answer a ping; the caller gets a message of one zero byte
             self.frame(data, code=10)
             return b"\0"
-        return data if head[0] & 0x80 else data + self.message()  # a message in parts
+        return data if head[0] & 0x80 else data + self.message()  # the rest of a fragmented message
 
     def closed(self, seconds=20):
         self.socket.settimeout(seconds)
@@ -124,7 +124,7 @@ def hello(key):
 
 
 def greeted(studio):
-    """A page that has said hello."""
+    """Returns a connection that has sent the first message, `hello`, with the key."""
     page = Connection(studio)
     page.ask("/ws", ["Upgrade: websocket", "Connection: Upgrade", "Sec-WebSocket-Version: 13",
                      "Sec-WebSocket-Key: " + base64.b64encode(os.urandom(16)).decode(), studio.origin], host=studio.host)
@@ -133,7 +133,7 @@ def greeted(studio):
 
 
 def until(page, *kinds, seconds=60):
-    """The next message of these kinds. Confirms chunks on the way."""
+    """Waits for the next message of these kinds. Confirms the chunks that arrive before it."""
     end = time.time() + seconds
     while time.time() < end:
         message = page.message()

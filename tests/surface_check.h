@@ -44,7 +44,8 @@ inline std::string broken(const Surface& surface, int* components = nullptr,
     if (!next.count(edge << 32 | edge >> 32)) return "an open edge";
   for (uint32_t v = 0; v < vertices.size(); v++) {
     if (fans[v] == 0) return "a vertex of no triangle";
-    // Around the vertex, triangle by triangle, back to the first: all of them, if they are one fan.
+    // Counts the triangles around the vertex until the first one comes again. If its triangles form
+    // one fan, these are all of them.
     uint32_t count = 0, t = some[v];
     do {
       const auto& tri = surface.triangles[t];

@@ -97,8 +97,8 @@ TEST(BlockPool, CountsWhatIsInUse) {
   EXPECT_EQ(pool.bytes_in_use(), 0u);
 }
 
-// A second writer fills blocks and the owner's side releases them. The same blocks must be reused,
-// and the owner must keep its share.
+// If a second writer takes and returns blocks, the pool must reuse them. The owner's share of
+// blocks must stay available to the owner.
 TEST(BlockPool, ASecondWriterReusesReleasedBlocks) {
   BlockPool pool(64);
   std::set<void*> seen;
@@ -144,8 +144,8 @@ TEST(BlockPool, GivesDistinctAlignedBlocksAndTakesThemBackFromAnyThread) {
   }
 }
 
-// A message quotes a name from a file, but not all of a long one, and no control characters. Its
-// end says what to do, and stays. No UTF-8 character is cut.
+// A message quotes a name from a file, without control characters, and shortens long names. The end
+// of a long message stays, because it says what to do. No UTF-8 character is cut.
 TEST(Messages, ShortenLongNames) {
   EXPECT_EQ(sanitize_message("oak\n\x7f"), "oak  ");
   EXPECT_EQ(sanitize_message(std::string(300, 'a')), std::string(300, 'a'));

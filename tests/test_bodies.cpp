@@ -411,7 +411,7 @@ TEST(Cutter, AreasAndVolumesAreThoseOfClosedForms) {
   ASSERT_EQ(disc.portions.size(), 1u);
   EXPECT_NEAR(disc.portions[0].model.volume_mm3(), M_PI * 81 * 20, 2e-3 * M_PI * 81 * 20);
 
-  // An open curve: the portion is on its left if `along` points at the viewer.
+  // An open curve. If `along` points at the viewer, the portion is on the left of the curve.
   TriDexel stepped = block({40, 30, 20}, 0.5);
   CutCurve step;
   step.curve_mm = {{-5, 10, 0}, {20, 10, 0}, {20, 20, 0}, {50, 20, 0}};
@@ -428,11 +428,11 @@ TEST(Cutter, AWireRemovesItsKerfAndSplitsTheBody) {
     ASSERT_EQ(off.portions.size(), 1u) << kerf;
     EXPECT_NEAR(off.removed_mm3, kerf * 600, 1e-3 * 600 + 1);
     EXPECT_NEAR(off.area_mm2, 600, 6);
-    // Two of the three fields count whole rays.
+    // The rays of two of the three fields are parallel to the cut, so they are kept or lost whole.
     EXPECT_NEAR(off.portions[0].model.volume_mm3(), (15.1 - kerf / 2) * 600, 0.12 * 600);
     EXPECT_NEAR(model.volume_mm3(), (24.9 - kerf / 2) * 600, 0.12 * 600);
   }
-  // A wire that is drawn half way in separates nothing.
+  // A wire that cuts only half way through the block separates nothing.
   TriDexel model = block({40, 30, 20}, 0.5);
   const CutOff off = cut_off(model, {CutCurve{{{20, -5, 0}, {20, 15, 0}}}, 1});
   EXPECT_TRUE(off.portions.empty());
@@ -477,7 +477,7 @@ TEST(Placing, TurnsMovesAndMirrorsAsRequested) {
     ASSERT_TRUE(placed) << placed.error();
     EXPECT_NEAR(placed.value().model->volume_mm3(), volume, 5e-3 * volume);
     expect_sound(placed.value().model->snapshot(), placed.value().model->material_bounds());
-    // Back again: after both motions the model is the same, to a tenth of a cell.
+    // After the inverse motion, the model is the same, to a tenth of a cell.
     const Affine back{turn.inverse(), middle - turn.inverse() * middle};
     const Result<Placed> again = place_model(placed.value().model->snapshot(), back, 1);
     ASSERT_TRUE(again);
@@ -505,11 +505,11 @@ TEST(Placing, MaterialsAndPaintMoveWithIt) {
   double of[2] = {0, 0};
   const Snapshot there = placed.value().model->snapshot();
   int painted_there = 0, painted_elsewhere = 0;
-  for (int v = 0; v < there.field(Axis::z).nodes_v(); v++)
-    for (int u = 0; u < there.field(Axis::z).nodes_u(); u++)
+  for (int v = 0; v < there.field(Axis::z).v_end(); v++)
+    for (int u = 0; u < there.field(Axis::z).u_end(); u++)
       there.field(Axis::z).for_spans(u, v, [&](const Span& s) { of[s.material] += s.out - s.in; });
-  for (int v = 0; v < there.field(Axis::x).nodes_v(); v++)
-    for (int u = 0; u < there.field(Axis::x).nodes_u(); u++)
+  for (int v = 0; v < there.field(Axis::x).v_end(); v++)
+    for (int u = 0; u < there.field(Axis::x).u_end(); u++)
       there.field(Axis::x).for_spans(u, v, [&](const Span& s) {
         painted_there += s.paint_out == 0xff0000ffu;
         painted_elsewhere += s.paint_in != 0;
@@ -545,8 +545,8 @@ TEST(Bodies, WhatIsCutAndJoinedAgainIsWhatItWas) {
 TEST(Bodies, AMovedBodyIsJoinedAtItsPose) {
   BodyList bodies = one_block();
   ASSERT_TRUE(apply(bodies, plane_cut({20, 0, 0}, Vec3::UnitX())));
-  // The right half, turned by a quarter about the vertical axis, onto the end of the left one. It
-  // is completely inside.
+  // Turns the right half by 90 degrees about the vertical axis and moves it over the end of the
+  // left half. It stays completely inside the lattice.
   BodyMove move;
   move.pose.frame << 0, -1, 0, 1, 0, 0, 0, 0, 1;  // x -> y
   move.pose.tip = Vec3(45, -15, 0);               // x' = 45 - y, y' = x - 15

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A brush follows the whole path of the hand, however slow its dabs are: merged poses, a worker
-// that is far behind, strokes that are discarded meanwhile.
+// A brush follows the whole path of the hand, even if its dabs are slow. Tests of merged poses, of
+// a worker that is late, and of strokes that are discarded meanwhile.
 #include <atomic>
 #include <chrono>
 #include <cmath>
@@ -76,7 +76,7 @@ TEST(PoseMerger, MergesAStraightMotion) {
   std::vector<Pose> path;
   for (int i = 0; i < 30; i++) path.push_back({Vec3(0.1 * i * i, 0.2 * i * i, 0)});
   EXPECT_EQ(merged(path, 0.05).size(), 2u);
-  // A hand that rests needs no room.
+  // A hand at rest adds no poses.
   EXPECT_EQ(merged(std::vector<Pose>(1000, Pose{Vec3(1, 2, 3)}), 0.05).size(), 2u);
 }
 
@@ -106,6 +106,15 @@ TEST(PoseMerger, StaysWithinTheTolerance) {
     EXPECT_EQ(corners.back(), path.back().tip);
     for (const Pose& pose : path) EXPECT_LE(distance_from(corners, pose.tip), tolerance + 1e-9);
   }
+}
+
+// The pressure of a pen changes evenly along a merged motion.
+TEST(PoseMerger, KeepsPressures) {
+  PoseMerger merger;
+  merger.begin({Vec3(0, 0, 0)}, 0.05, 0, 0);
+  for (int i = 1; i <= 10; i++) EXPECT_TRUE(merger.add({Vec3(i, 0, 0)}, 0.1 * i));
+  EXPECT_EQ(merger.end_pressure(), 1);
+  EXPECT_FALSE(merger.add({Vec3(11, 0, 0)}, 0.5));
 }
 
 // A tool that turns on the spot, or along a straight line: points at its reach stay within the
@@ -202,14 +211,15 @@ Vec3 circle(double t) {
   return {9 * std::cos(angle), 9 * std::sin(angle), -5.5};
 }
 
-// Ticks of the path. The results do not depend on the time between the ticks.
+// Runs some ticks and returns the tool's poses. The result does not depend on the real time between
+// ticks.
 std::vector<Pose> run(LiveCarving& live, int ticks) {
   std::vector<Pose> poses;
   for (int i = 0; i < ticks; i++) poses.push_back(live.tick_at_once(0.001).tool);
   return poses;
 }
 
-// The same path without a thread.
+// Brushes along the same path without a worker thread. Returns the model's hash.
 uint64_t played(const LiveSettings& settings, const std::vector<Pose>& poses) {
   const std::unique_ptr<TriDexel> model = hollowed();
   ReshapeStroke stroke(*model);
@@ -267,7 +277,7 @@ std::vector<Vec3> recorded_path(const Document& document, StepId step) {
   return path;
 }
 
-// Every mode whose result depends on the path: a worker that is far behind makes the same model.
+// For each mode whose result depends on the path, a worker that is late makes the same model.
 TEST(BrushPath, SlowDabsMakeTheSameModel) {
   for (const Mode mode : test::reshaping_modes()) {
     if (warps(mode)) continue;
@@ -285,7 +295,7 @@ TEST(BrushPath, SlowDabsMakeTheSameModel) {
               << name_of(mode);
         },
         [&](const Document& document) {
-          // A stroke that changes nothing is no step.
+          // A stroke that changes nothing makes no step.
           const bool changed = live->context().model().content_hash() != hollowed()->content_hash();
           EXPECT_EQ(document.steps().size(), changed ? 2u : 1u) << name_of(mode);
           std::printf("%s %s\n", std::string(name_of(mode)).c_str(),
@@ -294,7 +304,7 @@ TEST(BrushPath, SlowDabsMakeTheSameModel) {
   }
 }
 
-// A warp is a function of the last pose alone.
+// The result of a warp depends only on its last pose.
 TEST(BrushPath, ASlowWarpEndsAtTheHand) {
   Gate gate;
   LiveSettings settings = brush_settings(Mode::grab);
@@ -360,8 +370,8 @@ TEST(BrushPath, APointerWaits) {
   EXPECT_NE(hashes[0], test::block(kPitch)->content_hash());
 }
 
-// A force device's hand cannot wait. Its path is merged, and no corner is lost. The document has
-// the path that was used.
+// A force device's hand cannot wait for slow dabs. Its path is merged, and no corner is lost. The
+// document contains the merged path.
 TEST(BrushPath, ALongPathOfADeviceKeepsItsCorners) {
   for (const Mode mode : {Mode::inflate, Mode::press}) {
     Gate gate;
@@ -401,8 +411,8 @@ TEST(BrushPath, ALongPathOfADeviceKeepsItsCorners) {
   }
 }
 
-// A path that cannot be merged, longer than the queue: the stroke ends where the room ends, and a
-// new one begins later. No corner is cut.
+// A path is longer than the queue, and its poses cannot be merged. The stroke ends when the queue
+// is full, and a new one begins later. No corner is skipped.
 TEST(BrushPath, AStrokeWithoutRoomEnds) {
   Gate gate;
   LiveSettings settings = brush_settings(Mode::inflate);
@@ -410,7 +420,7 @@ TEST(BrushPath, AStrokeWithoutRoomEnds) {
   settings.brush.spacing = 2;
   settings.after_dab = gate.hook();
   const auto live = by_device(settings, [](double t) {
-    const double side = std::llround(1000 * t) % 2 ? 0.1 : -0.1;  // another corner in every tick
+    const double side = std::llround(1000 * t) % 2 ? 0.1 : -0.1;  // a corner in every tick
     return Vec3(-9 + 2 * t, side, -5);
   });
   std::vector<Vec3> path;
@@ -457,8 +467,8 @@ TEST(BrushPath, AJumpKeepsThePathBefore) {
   }
 }
 
-// A stroke that is discarded while most of it waits leaves no trace. What is posted with it runs
-// before the hand moves on.
+// A stroke that is discarded while most of it waits leaves no trace. The function that is posted
+// with the cancellation runs before the hand's next tick.
 TEST(BrushPath, ADiscardedStrokeLeavesNoTrace) {
   for (const bool ends : {false, true})  // a command already waits for the stroke's end
     for (const Mode mode : {Mode::inflate, Mode::press}) {
@@ -502,7 +512,7 @@ TEST(BrushPath, ADiscardedStrokeLeavesNoTrace) {
     }
 }
 
-// A brush that finds nothing to do reports it at the end of its stroke. Others do not.
+// A brush that changed nothing reports this at the end of its stroke. Other brushes report nothing.
 TEST(BrushPath, ABrushWithNothingToDoReportsIt) {
   for (const Mode mode : {Mode::fill, Mode::rasp, Mode::inflate})
     for (const bool hollow : {false, true}) {

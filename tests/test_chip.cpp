@@ -34,7 +34,7 @@ struct Bench {
   Log log;
   Grain grain;
 
-  // Above `split` it is of the second material.
+  // The part above `split` has the second material.
   Bench(const Vec3& size, double pitch, std::vector<Material> of, const Vec3& fibre = Vec3::UnitX(),
         double split = 0)
       : model(make_lattice(size, pitch, 2 * pitch).value()),
@@ -117,7 +117,8 @@ TEST(Chip, OfAChiselIsAsWideAndThickAsItsCut) {
       const Vec3 direction(std::cos(turn), std::sin(turn), 0);
       const Shapes s =
           steady_cut(BoxTool{Vec3(2, width, 8)}, depth, pitch, direction, turn, random);
-      // At one place on the lattice. The sides of a thin cut are known to a part of a row of rays.
+      // A bound for one position on the lattice. It is wide for thin cuts, because their sides are
+      // known only to a fraction of the distance between rays.
       EXPECT_NEAR(s.width.mean(), width, (cells < 1 ? 0.04 : 0.015) * width)
           << cells << " " << turn;
       EXPECT_NEAR(s.thickness.mean(), depth, (cells < 1 ? 0.03 : 0.015) * depth)
@@ -128,7 +129,8 @@ TEST(Chip, OfAChiselIsAsWideAndThickAsItsCut) {
     }
 }
 
-// The segment of a circle: its width is that of the rectangle of equal variance.
+// The chip of a ball is the segment of a circle. Its width is that of the rectangle with the same
+// variance.
 TEST(Chip, OfABallIsTheSegmentOfItsGroove) {
   Random random;
   SCOPED_TRACE(random.note());
@@ -147,7 +149,8 @@ TEST(Chip, OfABallIsTheSegmentOfItsGroove) {
       const double turn = i == 0 ? 0 : random.uniform(0, 2 * kPi);
       const Shapes s = steady_cut(BallTool{radius}, depth, pitch,
                                   Vec3(std::cos(turn), std::sin(turn), 0), 0, random);
-      // At one place on the lattice. Means over places: ForcePoses.ChipsOfTheMethod.
+      // Bounds for one position on the lattice. ForcePoses.ChipsOfTheMethod checks the means over
+      // many positions.
       EXPECT_NEAR(s.section.mean(), area, (cells < 1 ? 0.08 : 0.03) * area) << cells << " " << turn;
       EXPECT_NEAR(s.width.mean(), width, (cells < 1 ? 0.12 : 0.06) * width) << cells << " " << turn;
       EXPECT_LT(s.section.deviation(), (cells < 1 ? 0.15 : 0.03) * area) << cells << " " << turn;
@@ -176,7 +179,7 @@ TEST(Chip, ForcesFollowThreeDirectionsOfTheFibres) {
     }
     const double by = k[0] * std::pow(fibre.dot(n), 2) + k[1] * std::pow(fibre.dot(p), 2) +
                       k[2] * std::pow(fibre.dot(e), 2);
-    // The chip is not quite flat: its thickness counts a little as width.
+    // The chip is not completely flat, so a small part of the force is that of end grain.
     const double flat = std::pow(depth / width, 2) * (k[0] - k[2]);
     const double wanted = width * std::sqrt(depth) * by;
     EXPECT_NEAR(force.mean(), wanted, 0.02 * wanted + width * std::sqrt(depth) * flat)
@@ -184,7 +187,7 @@ TEST(Chip, ForcesFollowThreeDirectionsOfTheFibres) {
   }
 }
 
-// Above 1 mm the force is linear in the thickness again.
+// Up to 1 mm the factor is a power of the thickness. Above 1 mm it continues as its tangent.
 TEST(Chip, TheFactorOfThicknessIsSmooth) {
   for (const double m : {0.0, 0.3, 0.5, 1.0}) {
     EXPECT_NEAR(thickness_factor(0.25, m), std::pow(0.25, 1 - m), 1e-12);
@@ -193,7 +196,7 @@ TEST(Chip, TheFactorOfThicknessIsSmooth) {
   }
 }
 
-// The same wood, entered as two materials, resists as one.
+// Two layers of the same wood, entered as two materials, resist like one layer.
 TEST(Chip, TwoLayersOfOneWoodResistAsOne) {
   const double pitch = 0.2;
   double forces[2];
@@ -236,7 +239,7 @@ TEST(Chip, TwoStripsResistAsTwo) {
   }
 }
 
-// The section of a plunge is round: A and C have the same weight.
+// The section of a plunge is round, so directions A and C have the same weight.
 TEST(Chip, OfAPlungeIsRound) {
   const double radius = 3;
   for (const Vec3& fibre : {Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1)}) {

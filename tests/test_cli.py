@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""The command line as a user meets it. Usage: test_cli.py PATH_OF_KIBORI"""
+"""Tests the command line as a user sees it. Usage: test_cli.py PATH_OF_KIBORI"""
 import csv
 import json
 import math
@@ -198,7 +198,7 @@ class CommandLine(unittest.TestCase):
         self.assertEqual(run.returncode, 0, run.stderr)
         self.assertIn("saved up to step 2 of", run.stderr)
         self.assertEqual(kibori("verify", "v.kibori", cwd=self.folder).returncode, 0)
-        # An interrupted stroke cannot be read: the file is unchanged, and the strokes before it are saved.
+        # If an interrupted stroke cannot be read, the file stays unchanged, and the strokes before it are saved.
         shutil.copy(self.folder / "u.kibori", self.folder / "w.kibori")
         with sqlite3.connect(self.folder / "w.kibori") as database:
             database.execute("DELETE FROM checkpoint_tile WHERE step >= 3")
@@ -236,10 +236,10 @@ class CommandLine(unittest.TestCase):
         return log
 
     def test_a_log_of_another_document_is_left_alone(self):
-        """A process was killed, and its document was replaced by another one."""
+        """A process was killed. Then another document replaced its document, next to the log of the first."""
         self.assertEqual(kibori("servo", "--seconds", "0.5", "-o", "yesterday.kibori", cwd=self.folder).returncode, 0)
         log = self.killed_while_carving()
-        # The document can be read as the crash left it, and no file changes.
+        # The document and its log can be read after the crash, and no file changes.
         before = self.files()
         for command in self.READING:
             run = kibori(*command, cwd=self.folder)
@@ -247,7 +247,7 @@ class CommandLine(unittest.TestCase):
             self.assertNotIn("-wal", run.stderr + run.stdout)
         after = self.files()
         self.assertEqual(before, {name: after[name] for name in before})
-        # Without its log, each command says so.
+        # Without the document's log, each command reports that it is missing.
         log.rename(self.folder / "kept")
         for command in self.READING:
             run = kibori(*command, cwd=self.folder)
@@ -338,7 +338,7 @@ class CommandLine(unittest.TestCase):
         self.refused("bodies", "whole.kibori", "--act", '{"verb":"move","bodies":[1],"pose":%s}' % ("[" * 30000 + "]" * 30000), expected=["--act"])
 
     def test_tables_that_are_not_kiboris(self):
-        """Tables that SQLite would compute on reading are refused before that, in little time and memory."""
+        """Refuses tables whose contents SQLite would compute during reading. This needs little time and memory."""
         self.assertEqual(kibori("carve", self.scene(), "-o", "own.kibori", cwd=self.folder).returncode, 0)
         own = sqlite3.connect(self.folder / "own.kibori")
         tables = dict(own.execute("SELECT name, sql FROM sqlite_master WHERE type = 'table'").fetchall())
@@ -388,7 +388,7 @@ class CommandLine(unittest.TestCase):
 
     def test_odd_names_places_and_limits(self):
         scene = self.scene()
-        # Names that SQLite could take for its own URIs.
+        # File names that SQLite could read as its own URIs.
         self.assertEqual(kibori("carve", scene, "-o", "file:x.kibori", cwd=self.folder).returncode, 0)
         self.assertEqual(kibori("history", "file:x.kibori", "--copy", "file:c.kibori", cwd=self.folder).returncode, 0)
         self.assertTrue((self.folder / "file:x.kibori").is_file() and (self.folder / "file:c.kibori").is_file())
@@ -396,7 +396,7 @@ class CommandLine(unittest.TestCase):
         run = subprocess.run(["bash", "-c", '"$0" carve scene.toml --forces >(cat > taken.csv) && sleep 0.5', KIBORI], capture_output=True, text=True, cwd=self.folder)
         self.assertEqual(run.returncode, 0, run.stderr)
         self.assertGreater(len((self.folder / "taken.csv").read_text().splitlines()), 50)
-        # A limit on file size: no half-written file stays.
+        # With a limit on file size, no half-written file stays.
         for command in (["carve", "scene.toml", "--forces", "f.csv"], ["carve", "scene.toml", "-o", "g.kibori"], ["carve", "scene.toml", "--mesh", "m.stl"]):
             run = subprocess.run([KIBORI, *command], capture_output=True, text=True, cwd=self.folder, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1024, 1024)))
             self.assertEqual(run.returncode, 2, (command, run))
@@ -410,7 +410,7 @@ class CommandLine(unittest.TestCase):
             run = kibori("info", "t.off", "--json", cwd=self.folder)
             self.assertEqual(run.returncode, 0, run.stderr)
             self.assertAlmostEqual(json.loads(run.stdout)["volume_mm3"], 1 / 6, 6)
-        # A frustum on its smaller face: its sides lean 56 degrees, and its base lies on the bed.
+        # A frustum that stands on its smaller face. Its sides lean by 56 degrees. Its base is on the printer's bed.
         frustum = "OFF\n8 12 0\n" + "".join(f"{x} {y} {z}\n" for z, r in ((0, 5), (10, 20)) for x, y in ((-r, -r), (r, -r), (r, r), (-r, r)))
         frustum += "3 0 2 1\n3 0 3 2\n3 4 5 6\n3 4 6 7\n" + "".join(f"3 {i} {(i + 1) % 4} {(i + 1) % 4 + 4}\n3 {i} {(i + 1) % 4 + 4} {i + 4}\n" for i in range(4))
         (self.folder / "f.off").write_text(frustum)
@@ -423,7 +423,7 @@ class CommandLine(unittest.TestCase):
             self.refused("info", "t.off", expected=["t.off:9: a face refers to a missing vertex"])
 
     def test_documents_in_folders_that_are_not_writable(self):
-        """A read-only folder whose last steps are only in the log: everything can be read."""
+        """In a folder without write permission, all steps can be read, also those that are only in the log."""
         self.killed_while_carving()
         folder = self.folder / "kept"
         folder.mkdir()
@@ -517,7 +517,7 @@ class CommandLine(unittest.TestCase):
 
     def test_convert_repairs(self):
         self.assertEqual(kibori("carve", self.scene(), "--mesh", "m.stl", cwd=self.folder).returncode, 0)
-        # Holes: remove every fiftieth triangle.
+        # Makes holes: removes every fiftieth triangle.
         data = (self.folder / "m.stl").read_bytes()
         facets = [data[at : at + 50] for at in range(84, len(data), 50)]
         facets = [f for i, f in enumerate(facets) if i % 50]
@@ -622,12 +622,14 @@ class CommandLine(unittest.TestCase):
             replay = kibori("replay", "d.kibori", "--json", "--forces", "b.csv", "--threads", "2", cwd=self.folder)
             self.assertEqual(replay.returncode, 0, replay.stderr)
             one, two = json.loads(carve.stdout), json.loads(replay.stdout)
+            one.pop("without_force_mm3", None)  # a replay does not report it
+            self.assertEqual(one.keys(), two.keys())
             for key in one:
                 if key != "step_us":
                     self.assertEqual(one[key], two[key], key)
             self.assertEqual((self.folder / "a.csv").read_bytes(), (self.folder / "b.csv").read_bytes())
             plain = json.loads(kibori("carve", scene, "--json", cwd=self.folder).stdout)
-            self.assertEqual(plain["state_hash"], one["state_hash"])  # writing a document changes nothing
+            self.assertEqual(plain["state_hash"], one["state_hash"])  # writing a document does not change the result
             self.assertEqual(kibori("verify", "d.kibori", cwd=self.folder).returncode, 0)
 
     def test_labelled_volumes_and_stamps_are_carved_and_replayed(self):
@@ -759,7 +761,8 @@ lead = true
             self.assertIn("ulimit -s", run.stderr)
         run = subprocess.run(["bash", "-c", f"ulimit -s 1024; exec {KIBORI} carve {scene}"], capture_output=True, text=True, timeout=60)
         self.assertEqual(run.returncode, 0, run.stderr)
-        # It carves or says in one sentence why not. A document that was begun can be read.
+        # With little memory, the program carves, or says in one sentence why not. If it began a document, this
+        # document can be read.
         ends = set()
         for kilobytes in range(90000, 400000, 15000):
             document = self.folder / f"{kilobytes}.kibori"
@@ -784,7 +787,7 @@ lead = true
         self.refused("replay", "d.kibori", "--to", "nothing", expected=["nothing", "steps 1 to"])
         self.refused("info", "missing.kibori", expected=["missing.kibori"])
         self.refused("history", "d.kibori", "--name", "5", expected=["number"])
-        # Damage is reported: here a tick's data are zeros.
+        # Damage is reported. Here the data of a stroke's ticks is overwritten with zeros.
         with sqlite3.connect(self.folder / "d.kibori") as db:
             db.execute("UPDATE tick SET data = zeroblob(50) WHERE step = 2")
         db.close()
@@ -820,7 +823,7 @@ lead = true
 
 
 class Exchange(unittest.TestCase):
-    """Files for other programs, and what those programs report about them."""
+    """Exports files, and tests what other programs report about them."""
 
     @classmethod
     def setUpClass(cls):
@@ -850,7 +853,7 @@ class Exchange(unittest.TestCase):
             self.assertAlmostEqual(report["volume_mm3"] / self.summary["volume_mm3"], 1, 3)
             for a, b in zip(report["size_mm"], (20, 12, 10)):
                 self.assertAlmostEqual(a, b, 3)
-        # The thinnest walls are beside the groove, where its sides are vertical: 12 / 2 - 3.
+        # The thinnest walls are on both sides of the groove, where its sides are vertical: 12 / 2 - 3.
         self.assertAlmostEqual(reports["stl"]["thin_walls"]["thinnest_mm"], 3, 1)
 
     def test_triangle_strips_are_read_whole(self):
@@ -905,7 +908,8 @@ class Exchange(unittest.TestCase):
         return self.info(name)
 
     def test_nodes_of_a_glb_have_their_transforms(self):
-        # One is moved, one is turned about y and doubled under a moved node, and one is mirrored.
+        # Three copies of the mesh: one is moved, one is under a moved node and is turned about y and doubled, one is
+        # mirrored.
         report = self.glb("three.glb", [
             {"mesh": 0, "translation": [10, 0, 0]},
             {"translation": [0, 20, 0], "children": [2]},
@@ -914,7 +918,8 @@ class Exchange(unittest.TestCase):
             {"mesh": 0, "translation": [99, 99, 99]}], [0, 1, 3])  # the last is in no scene
         self.assertEqual((report["triangles"], report["components"], report["closed"]), (12, 3, True))
         self.assertAlmostEqual(report["volume_mm3"] / 1e9, (1 + 8 + 3) / 6, places=6)
-        # z is up here: x, -z, y of the file. The second's x and z are 0..2 and -2..0 (turned by 90 degrees).
+        # Kibori's z points up, so its axes are x, -z, y of the file. The second copy is turned by 90 degrees. In the
+        # file, its x is 0..2 and its z is -2..0.
         for found, wanted in zip(report["lower_corner_mm"] + report["size_mm"], (-3000, -1000, 0, 14000, 6000, 22000)):
             self.assertAlmostEqual(found, wanted, delta=0.01)
 
@@ -1011,7 +1016,7 @@ class Exchange(unittest.TestCase):
         yield ("servo", "--seconds", "0.2", "--record", "v.csv"), "v.csv"
 
     def test_a_loss_of_power_takes_no_reported_file(self):
-        """A whole file is on the disk before it gets its name, and its name before the command ends."""
+        """The complete file is on the disk before it gets its name. Its name is on the disk before the command ends."""
         shim = KIBORI.parent / "libfault_files.so"
         if not shim.exists():
             self.skipTest("libfault_files.so is not beside kibori: it is built with the tests")
@@ -1035,7 +1040,7 @@ class Exchange(unittest.TestCase):
             self.assertTrue(named, words)
             self.assertIn(os.path.realpath(self.folder), folders_on_disk, words)
             log.unlink()
-            # A disk that fails: one sentence, and the old file stays.
+            # If the disk fails, the command prints one sentence, and the old file stays.
             (self.folder / name).unlink()
             before = sorted(os.listdir(self.folder))
             lost = run(KIBORI_FAIL_FSYNC="1")
@@ -1096,7 +1101,7 @@ class Exchange(unittest.TestCase):
         document = self.folder / "no_go.kibori"
         done = kibori("carve", scene, "-o", document, "--mesh", self.folder / "no_go.stl", "--json")
         self.assertEqual(done.returncode, 0, done.stderr)
-        # What stays is a slab and the part of the ball above it.
+        # The rest is a slab and the part of the protected ball above it.
         ball, cap = 4 / 3 * 3.14159265 * 27, 8 / 3 * 3.14159265
         self.assertAlmostEqual(json.loads(done.stdout)["volume_mm3"], 480 + ball - cap, delta=0.03 * ball)
         piece, egg = json.loads(kibori("bodies", document, "--json").stdout)
@@ -1116,6 +1121,32 @@ class Exchange(unittest.TestCase):
             self.assertEqual(data[:8], b"\x89PNG\r\n\x1a\n")
             self.assertEqual(struct.unpack(">II", data[16:24]), size)
 
+
+    def test_a_document_is_drawn_as_its_scene(self):
+        """With its bodies, materials and paint."""
+        (self.folder / "painted.toml").write_text("""[stock]
+block = [12, 10, 6]
+pitch = 0.5
+material = "walnut"
+[tool]
+shape = "ball"
+radius = 2
+[[move]]
+to = [3, 5, 6]
+mode = "off"
+speed = 50
+[[move]]
+to = [9, 5, 6]
+mode = "paint"
+brush = { radius = 3, color = "#ff0000" }
+""")
+        drawing = ("--size", "80x60", "--samples", "2")
+        run = kibori("carve", "painted.toml", "-o", "painted.kibori", "--picture", "scene.png", *drawing, cwd=self.folder)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        run = kibori("picture", "painted.kibori", "document.png", *drawing, cwd=self.folder)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertEqual((self.folder / "document.png").read_bytes(), (self.folder / "scene.png").read_bytes())
+
     def test_layers_and_height_map(self):
         run = kibori("carve", "scene.toml", "--layers", "slices", "--layer", "0.5", "--height-map", "h.png", cwd=self.folder)
         self.assertEqual(run.returncode, 0, run.stderr)
@@ -1124,7 +1155,7 @@ class Exchange(unittest.TestCase):
         self.assertEqual(len(files), 20)
         for file in files:
             xml.dom.minidom.parse(str(file))
-        # The map as stock again has the same volume, because nothing is under an overhang here.
+        # The height map, read as a stock, has the same volume, because the piece has no overhangs.
         low, high = (float(x) for x in re.search(r"grey 1 is z = (\S+) mm, 65535 is (\S+) mm", run.stderr).groups())
         self.assertAlmostEqual(high, 10, 3)
         self.assertAlmostEqual(low, 6 + 2 * 5 / 30, 1)  # the groove's floor where it leaves the block
@@ -1202,7 +1233,7 @@ def column(row, *names):
 
 
 class Experiments(unittest.TestCase):
-    """METHOD of the paper, section 3-2: the properties that its figure 8 must show, for both ways to read it."""
+    """Section 3-2 of the paper: the properties that its figure 8 must show, for both interpretations of the figure."""
 
     def trace(self, name):
         with tempfile.TemporaryDirectory() as folder:

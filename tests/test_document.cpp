@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Documents: stored data equals what was done. The history is compared with a naive model that
-// keeps full copies.
+// Documents: the stored data equals the recorded work. The history is compared with a simple oracle
+// that keeps full copies.
 #include <array>
 #include <bit>
 #include <fstream>
@@ -124,11 +124,14 @@ TEST(Codec, TicksRoundTripBitForBit) {
       if (random.integer(0, 1)) move.turn = Vec3(-0.0, 5e-324, 1);
       move.edits = random.integer(0, 1);
       move.computes = random.integer(0, 1);
+      if (count != 50 && random.integer(0, 1)) move.pressure = random.uniform(0, 1);
       tick.what = move;
       tick.second = random.integer(0, 3) == 0;
       if (random.integer(0, 9) == 0)
         tick.what = PutTick{{move.tip, frame_from_axis(random.direction(), 0)}};
       if (random.integer(0, 9) == 0) tick = {EndTick{move.tip}, false};
+      // A milled stroke: most ticks have a line.
+      if (count != 50 && random.integer(0, 3)) tick.line = random.integer(1, 2000000000);
     }
     const auto back = decode_ticks(encode_ticks(ticks.data(), count));
     ASSERT_TRUE(back.ok());
@@ -137,6 +140,7 @@ TEST(Codec, TicksRoundTripBitForBit) {
       const RecordedTick &was = ticks[i], &is = back.value()[i];
       ASSERT_EQ(is.what.index(), was.what.index()) << random.note();
       EXPECT_EQ(is.second, was.second);
+      EXPECT_EQ(is.line, was.line);
       EXPECT_EQ(bits_of(tip_of(is)), bits_of(tip_of(was)));
       if (const auto* const move = std::get_if<MoveTick>(&was.what)) {
         const auto& read = std::get<MoveTick>(is.what);
@@ -144,12 +148,50 @@ TEST(Codec, TicksRoundTripBitForBit) {
         EXPECT_EQ(bits_of(read.stretch_mm), bits_of(move->stretch_mm));
         EXPECT_EQ(read.edits, move->edits);
         EXPECT_EQ(read.computes, move->computes);
+        EXPECT_EQ(read.pressure, move->pressure);
       } else if (const auto* const put = std::get_if<PutTick>(&was.what)) {
         for (int c = 0; c < 3; c++)
           EXPECT_EQ(bits_of(std::get<PutTick>(is.what).pose.frame.col(c)),
                     bits_of(put->pose.frame.col(c)));
       }
     }
+  }
+}
+
+TEST(Codec, ATickWithAnImpossiblePressureIsRefused) {
+  for (const double pressure : {-0.1, 1.5}) {
+    MoveTick move;
+    move.pressure = pressure;
+    const RecordedTick tick{move};
+    EXPECT_FALSE(is_finite(tick));
+    EXPECT_FALSE(decode_ticks(encode_ticks(&tick, 1)).ok());
+  }
+}
+
+// The picture of a brush is stored with the stroke's settings.
+TEST(Codec, ABrushKeepsItsPictureAndItsUseOfPressure) {
+  Random random;
+  StrokeSettings settings;
+  settings.mode = Mode::inflate;
+  settings.brush.pressure = PressureUse::both;
+  settings.brush.alpha = Alpha::picture;
+  auto picture = std::make_shared<AlphaPicture>();
+  for (uint8_t& grey : picture->greys) grey = static_cast<uint8_t>(random.integer(0, 255));
+  settings.brush.picture = picture;
+  const std::string text = settings_to_json(settings);
+  const auto back = settings_from_json(text);
+  ASSERT_TRUE(back.ok()) << back.error();
+  EXPECT_EQ(back.value().brush.pressure, PressureUse::both);
+  ASSERT_TRUE(back.value().brush.picture);
+  EXPECT_TRUE(*back.value().brush.picture == *picture);
+  // A damaged one is refused.
+  for (const auto& [key, with] : {std::pair{"\"picture\":\"", "\"picture\":\"0"},
+                                  {"\"picture\":\"", "\"picture\":\"zz"},
+                                  {"\"picture\":\"", "\"image\":\""},
+                                  {"\"pressure\":\"both\"", "\"pressure\":\"all\""}}) {
+    std::string bad = text;
+    bad.replace(bad.find(key), std::string_view(key).size(), with);
+    EXPECT_FALSE(settings_from_json(bad).ok()) << with;
   }
 }
 
@@ -219,8 +261,8 @@ TEST(Document, UndoRedoAndBranchesAgainstFullCopies) {
   EXPECT_EQ(wrongs(*document), std::vector<std::string>());
 }
 
-// Given enough time, every step gets tiles. Then no path needs a replayed stroke. Here a replay
-// would fail, because the ticks are deleted.
+// After enough time, every step has stored tiles, so no path needs the replay of a stroke. Here a
+// replay would fail, because the test deletes the ticks.
 TEST(Document, AnyStepIsReachedByTiles) {
   Random random;
   Folder folder;
@@ -351,7 +393,8 @@ TEST(Document, TilesOfNoStep) {
   }
 }
 
-// For a model that only another thread may change.
+// Only another thread may change the model. So checkout() makes a state, the caller restores it,
+// and commit_checkout() then moves the document's head.
 TEST(Document, DestinationsForAModelElsewhere) {
   Random random;
   Folder folder;
@@ -376,7 +419,7 @@ TEST(Document, DestinationsForAModelElsewhere) {
   const auto go = [&](StepId step) {
     auto to = document->checkout(step);
     ASSERT_TRUE(to.ok()) << to.error();
-    // It is made in parallel, while the other continues.
+    // The document made the state in its own memory. The live model can still restore it.
     EXPECT_TRUE(to.value().state.of_same_model(live.snapshot()));
     live.restore(to.value().state);
     ASSERT_TRUE(document->commit_checkout(to.value()).ok());
@@ -386,8 +429,8 @@ TEST(Document, DestinationsForAModelElsewhere) {
        {StepId{206}, StepId{205}, StepId{5}, StepId{1}, StepId{190}, StepId{204}})
     go(step);
   for (int i = 0; i < 300; i++) go(random.integer(1, 206));
-  // A stroke after that, and back. A step whose state belongs to another model is not mixed with
-  // these.
+  // Adds a step carved from the live model, and one carved from another model. A later checkout
+  // must not mix the states of the two models.
   go(190);
   TriDexel other = stock();
   carve(*document, live, random, 3);
@@ -449,7 +492,7 @@ TEST(Document, ForcesAreStoredOnRequestAndVerified) {
   EXPECT_TRUE(read(3).empty());
   EXPECT_EQ(wrongs(*document), std::vector<std::string>());
   document.reset();
-  // Other forces in their place are reported.
+  // Changed forces are reported.
   computed[20].force.x() += 1e-9;
   {
     auto database = Database::open(folder / "f.kibori", Database::Access::write);
@@ -517,7 +560,7 @@ TEST(Document, KeepsWhenStepsWereMadeAndWithWhat) {
   as_it_was(*document);
   document.reset();
   as_it_was(*opened(folder / "w.kibori", Document::Access::read));
-  // An invalid time is unknown.
+  // A step with an invalid time in the file has no known time.
   {
     auto database = Database::open(folder / "w.kibori", Database::Access::write);
     ASSERT_TRUE(database.ok());
@@ -628,8 +671,9 @@ TEST(Document, OldVersionsOpen) {
   }
 }
 
-// Kibori 0.1 recorded what a scene reshaped with force model series as ticks that edit nothing: a
-// grab, a press with its end, and smoothing. The document replays as it was carved.
+// In scenes with force model series, Kibori 0.1 recorded reshaping strokes as ticks that edit
+// nothing. The document has a grab, a press with its end, and smoothing. The replay gives the model
+// that was carved.
 TEST(Document, TicksThatLostTheirEditsReplay) {
   Folder folder;
   std::filesystem::copy(
@@ -690,7 +734,7 @@ TEST(Document, AMillionTicksAtOnceAndForcesOfSome) {
   EXPECT_EQ(wrongs(*document), std::vector<std::string>());
 }
 
-// A stock without any material: a deposit in it is stored.
+// A stock may have no material. A deposit in it is stored.
 TEST(Document, AnEmptyStockIsAStock) {
   Folder folder;
   TriDexel model(make_lattice(Vec3(20, 20, 20), 1, 0).value());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Documents: writers, readers, and which information about steps each gets.
+// Documents: several writers and readers of one file, and the information about steps.
 #include <fstream>
 #include <filesystem>
 
@@ -37,7 +37,7 @@ TEST(Document, OneWriterManyReaders) {
   EXPECT_EQ(later->load().value()->content_hash(), model.content_hash());
 }
 
-// A second writer is refused and does not disturb the first, whatever a reader does then.
+// A second writer is refused. Neither it nor a later reader disturbs the first writer.
 TEST(Document, ARefusedWriterHarmsNobody) {
   Random random;
   Folder folder;
@@ -48,7 +48,7 @@ TEST(Document, ARefusedWriterHarmsNobody) {
     auto writer = created(folder / "a.kibori", model);
     carve(*writer, model, random, 5);
     if (Document::open(folder / "a.kibori", Document::Access::write).ok()) _exit(1);
-    // A reader in another process opens and closes it. It is the last one except for the writer.
+    // A reader in another process opens and closes the document. Then only the writer has it open.
     const pid_t reader = fork();
     if (reader == 0) {
       static_cast<void>(Document::open(folder / "a.kibori", Document::Access::read).ok());
@@ -68,7 +68,8 @@ TEST(Document, ARefusedWriterHarmsNobody) {
   EXPECT_EQ(wrongs(*after), std::vector<std::string>());
 }
 
-// Files that a killed process left next to a removed document are not used for a new one.
+// A killed process left a log, and its document was moved away. A new document with the same name
+// does not use the log.
 TEST(Document, LeftoversOfAnotherAreNotTakenIn) {
   Random random;
   Folder folder;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Documents of several bodies: every state against full copies; a kill during a split; modified
-// rows. A hand also works on a body with another pose.
+// rows; a hand that carves a moved body.
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -76,7 +76,7 @@ BodyAction any_action(Random& random, const BodyList& bodies) {
   }
   if (auto* const mirror = std::get_if<BodyMirror>(&action.verb)) mirror->plane = plane;
   if (auto* const move = std::get_if<BodyMove>(&action.verb)) {
-    // A turn and a shift; or only a shift, where joining stays exact.
+    // A turn and a shift, or only a shift. Without a turn, joining bodies stays exact.
     move->pose.tip = random.in_box(-3, 3);
     if (random.integer(0, 1)) move->pose.frame = rotation(0.3 * random.direction());
   }
@@ -207,8 +207,8 @@ TEST(DocumentBodies, HistoryAgainstFullCopies) {
     EXPECT_EQ(truth_of(copy->load_bodies(step).value()).list, known.list) << step;
 }
 
-// A control point that is moved later gives the same result as one placed there from the start.
-// This includes all later actions.
+// If a control point is moved later, the result is the same as if it had been there from the start.
+// This also holds after further actions.
 TEST(DocumentBodies, WhatIsRevisedIsAsIfItHadBeenSoAtFirst) {
   Random random;
   SCOPED_TRACE(random.note());
@@ -264,7 +264,8 @@ TEST(DocumentBodies, WhatIsRevisedIsAsIfItHadBeenSoAtFirst) {
       }
       hashes[fresh] = document->steps().at(document->head()).hash;
     }
-    // Some later action may be possible after one of them and impossible after the other.
+    // A later action may be possible in one of the two documents and refused in the other. Then
+    // they cannot be compared.
     if (!possible || counts[0] != counts[1]) continue;
     EXPECT_EQ(hashes[0], hashes[1]) << round;
     revised++;
@@ -272,8 +273,8 @@ TEST(DocumentBodies, WhatIsRevisedIsAsIfItHadBeenSoAtFirst) {
   EXPECT_GT(revised, rounds_of("KIBORI_REVISE", 15) / 5);
 }
 
-// The bodies are complete, however early the process is killed: those before the split, or both
-// after it.
+// After a kill at any moment, the bodies are complete: either those before the split, or both
+// bodies after it.
 TEST(DocumentBodies, AKillAmidASplitLeavesWholeBodies) {
   Random random;
   SCOPED_TRACE(random.note());
@@ -327,7 +328,7 @@ TEST(DocumentBodies, AKillAmidASplitLeavesWholeBodies) {
     for (const Body& body : bodies.all) EXPECT_EQ(broken(extract_surface(body.model)), "");
     EXPECT_EQ(wrongs(*document), std::vector<std::string>());
     largest = std::max(largest, bodies.all.size());
-    // And the document can be used further.
+    // The document can still be carved.
     carve(*document, *model.value(), random, 5, true, Crumbs::sort);
     EXPECT_EQ(wrongs(*document), std::vector<std::string>());
   }
@@ -372,8 +373,9 @@ TEST(DocumentBodies, RowsOfOtherDataAreReported) {
 
 // ---- A hand
 
-// A split; the portion is turned and moved away; a device draws over it there. The strokes belong
-// to the portion, in its own coordinates, and can be replayed. The force is in world coordinates.
+// A body is split, the portion is turned and moved away, and a device carves it there. The strokes
+// are stored in the portion's own coordinates and can be replayed. The force is in world
+// coordinates.
 TEST(DocumentBodies, AHandWorksOnAMovedBody) {
   Folder folder;
   const auto file = folder / "h.kibori";
@@ -500,7 +502,7 @@ TEST(DocumentBodies, SeveredPiecesOfAStrokeFallOff) {
     Document& kept = writer.document();
     ASSERT_EQ(kept.steps().size(), 2u);
     const BodyList& bodies = *kept.worked_on();
-    // A quarter of it is not a crumb.
+    // The portion is a quarter of the block, so it is too large to be a crumb.
     const bool apart = rule == Crumbs::sort || rule == Crumbs::body;
     EXPECT_EQ(bodies.all.size(), apart ? 2u : 1u) << name_of(rule);
     EXPECT_EQ(parted, apart ? 1 : 0);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Documents whose rows, pages or logs are not what was written: what each reader says, table by
-// table (docs/documents.md, "What is checked"). Readers change no file.
+// Documents with changed rows, pages or logs: what each reader reports, for each table
+// (docs/documents.md, "What is checked"). Readers change no file.
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -79,8 +79,8 @@ std::string all_of(const std::vector<std::string>& lines) {
   return text;
 }
 
-// The files next to a document, and their contents. Without the lock of a killed writer, which is
-// empty and which the next writer removes.
+// The files in a document's folder, and their contents. Excludes the lock of a killed writer, which
+// is empty and which the next writer removes.
 std::map<std::string, std::vector<char>> files_in(const fs::path& folder) {
   std::map<std::string, std::vector<char>> files;
   for (const auto& entry : fs::directory_iterator(folder))
@@ -89,8 +89,8 @@ std::map<std::string, std::vector<char>> files_in(const fs::path& folder) {
   return files;
 }
 
-// What each reader promises for a change of a row. refused: an error. noted: the same model, and a
-// note. unchanged: the same model without a note.
+// Result of a reader after a row was changed. refused: an error. noted: the same model, and a note.
+// unchanged: the same model without a note.
 enum class Says { refused, noted, unchanged };
 struct Change {
   const char* sql;
@@ -192,7 +192,7 @@ TEST(DocumentDamage, EachTableHasItsGuarantee) {
     if (model && c.model == unchanged) {
       EXPECT_EQ(model.value()->content_hash(), hash);
     }
-    // What replay and export read.
+    // Reads all that replay and export read.
     Status read = d.check_rows(d.head());
     for (StepId at = d.head(); read && at != 0; at = d.steps().at(at).parent) {
       if (d.steps().at(at).stock || d.steps().at(at).action) continue;
@@ -231,7 +231,8 @@ TEST(DocumentDamage, PicturesAreNotChecked) {
             std::vector<std::string>());
 }
 
-// The versions are refused by name, and steps are still found by number.
+// After the table of versions was changed, no step is found by name. Steps are still found by
+// number.
 TEST(DocumentDamage, ChangedVersionsAreNotFollowed) {
   Folder folder;
   make_document(folder / "a.kibori");
@@ -243,7 +244,7 @@ TEST(DocumentDamage, ChangedVersionsAreNotFollowed) {
   EXPECT_EQ(document->find("3").value(), 3);
 }
 
-// A damaged row costs no stroke that can be carved again to the recorded state.
+// If a row is damaged, salvage keeps each stroke whose replay gives the recorded state.
 TEST(DocumentDamage, SalvageCarvesWhatCanBeCarved) {
   for (const auto& [sql, steps] : std::vector<std::pair<std::string, StepId>>{
            {"UPDATE step SET label = 'other' WHERE id = 4", 6},
@@ -335,8 +336,8 @@ void killed(F&& f) {
   ASSERT_TRUE(WIFSIGNALED(status));
 }
 
-// A process was killed, and its -wal file lies next to a document that was put back. No reader and
-// no writer uses it, and no file changes.
+// A process was killed. Then an older or another document was copied over its document, next to the
+// killed process's -wal file. No reader and no writer uses this log, and no file changes.
 TEST(DocumentDamage, LogsOfOtherDocumentsAreNotUsed) {
   for (const int kind : {0, 1, 2, 3}) {
     for (const int wait_ms :
@@ -367,7 +368,7 @@ TEST(DocumentDamage, LogsOfOtherDocumentsAreNotUsed) {
       killed(session);
       ASSERT_GT(fs::file_size(file.string() + "-wal"), 0u);
       const uint64_t hash = document_model(yesterday).value()->content_hash();
-      // As the crash left it, the log is used.
+      // With the document that the killed process left, the log is used.
       {
         const auto before = files_in(folder.path);
         auto document = opened(file, Document::Access::read);
@@ -381,7 +382,7 @@ TEST(DocumentDamage, LogsOfOtherDocumentsAreNotUsed) {
       const auto before = files_in(folder.path);
       for (const auto access : {Document::Access::read, Document::Access::write}) {
         const auto document = Document::open(file, access);
-        // Right after the session began, the log continues the state before it.
+        // Right after the session began, the log still belongs to the older copy, so it is used.
         if (document && kind == 0 && wait_ms == 0) break;
         ASSERT_FALSE(document.ok());
         EXPECT_NE(document.error().find("s.kibori-wal next to it belongs to another"),
@@ -389,7 +390,7 @@ TEST(DocumentDamage, LogsOfOtherDocumentsAreNotUsed) {
             << document.error();
         EXPECT_TRUE(files_in(folder.path) == before);
       }
-      // Through a link from another folder, too.
+      // The same through a link from another folder.
       Folder elsewhere;
       fs::create_symlink(file, elsewhere / "link.kibori");
       if (kind != 0) {
@@ -402,7 +403,8 @@ TEST(DocumentDamage, LogsOfOtherDocumentsAreNotUsed) {
   }
 }
 
-// A document that was closed in order is read without a trace, also next to empty leftovers.
+// If a document was closed normally, a reader leaves no file and no change, even if an empty log is
+// next to it.
 TEST(DocumentDamage, ReadersLeaveNoTrace) {
   Folder folder;
   make_document(folder / "a.kibori");
@@ -412,7 +414,7 @@ TEST(DocumentDamage, ReadersLeaveNoTrace) {
     EXPECT_TRUE(document_model(folder / "a.kibori").ok());
     EXPECT_TRUE(files_in(folder.path) == before);
   }
-  // What a process left that was killed before it wrote anything.
+  // A process was killed before it wrote anything.
   killed([&] { static_cast<void>(opened(folder / "a.kibori").release()); });
   const auto before = files_in(folder.path);
   ASSERT_TRUE(before.contains("a.kibori-wal"));

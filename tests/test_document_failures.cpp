@@ -39,7 +39,7 @@ TEST(Document, MaterialsThatAreNone) {
     for (int i = 0; i < kTileRays; i++) first.material[i] = material;
     model.field(Axis::z).writable(0, 0).material = material;
     if (material > 63) {
-      Field other(Axis::z, model.lattice().nodes);
+      Field other(Axis::z, model.lattice());
       EXPECT_FALSE(decode_tile(encode_tile(model.field(Axis::z).tile(0, 0)), other, 0, 0).ok());
       continue;
     }
@@ -123,7 +123,7 @@ TEST(Document, DamageIsReportedAndNeverCrashes) {
   EXPECT_GT(refused + reported, rounds / 10);
 }
 
-// Killed at any moment: the file holds an exact prefix of what was done, and little is missing.
+// After a kill at any moment, the file holds an exact prefix of the work, and little is missing.
 TEST(Document, KilledProcessesLeaveAPrefix) {
   Random random;
   Folder folder;
@@ -190,14 +190,14 @@ TEST(Document, KilledProcessesLeaveAPrefix) {
     auto model = document->load();
     ASSERT_TRUE(model.ok()) << model.error();
     EXPECT_EQ(model.value()->content_hash(), document->steps().rbegin()->second.hash);
-    // And the document can be used further.
+    // The document can still be carved.
     carve(*document, *model.value(), random, 5);
   }
 }
 
-// Every write, sync, truncation and removal fails in turn, once or from then on. The failure is
-// reported. Existing data stays, and new data is in memory. All of it can be saved in place when
-// the disk works again, or elsewhere.
+// Each write, sync, truncation and removal fails in turn, either once or from this operation on.
+// The failure is reported. Existing data stays, and new data is in memory. All of it can be saved
+// elsewhere, or in place when the disk works again.
 TEST(Document, FailingDisksLoseNothing) {
   FaultVfs& vfs = FaultVfs::get();
   Folder folder;
@@ -250,7 +250,7 @@ TEST(Document, FailingDisksLoseNothing) {
       EXPECT_EQ(model.content_hash(), truth[last - 1]);
       ASSERT_TRUE(document.redo(model).ok());
       EXPECT_EQ(model.content_hash(), truth[last]);
-      // The history works, in memory or not.
+      // The history is complete, even if some steps are only in memory.
       EXPECT_EQ(wrongs(document), std::vector<std::string>()) << at << " " << how;
       reached = vfs.count >= at;
       const auto whole = [&](const std::filesystem::path& path) {
@@ -259,21 +259,21 @@ TEST(Document, FailingDisksLoseNothing) {
         ASSERT_EQ(after->steps().size(), truth.size()) << at << " " << how;
         for (const auto& [step, hash] : truth) EXPECT_EQ(after->steps().at(step).hash, hash);
         std::vector<std::string> wrong = wrongs(*after);
-        // Closing it failed, too.
+        // If closing the document also failed, verify() reports the steps that may be missing.
         if (after->missing().size() > 0) std::erase(wrong, after->missing());
         EXPECT_EQ(wrong, std::vector<std::string>()) << at << " " << how;
       };
       if (!document.unsaved().empty()) {
         reported++;
         EXPECT_NE(document.unsaved().find("f.kibori"), std::string::npos) << document.unsaved();
-        // Others can read what was written, an exact prefix.
+        // Readers see an exact prefix of the work.
         {
           auto reader = Document::open(folder / "f.kibori", Document::Access::read);
           ASSERT_TRUE(reader.ok()) << at << " " << reader.error();
           EXPECT_EQ(wrongs(*reader.value()), std::vector<std::string>()) << at << " " << how;
         }
         if (how == 1) {
-          // Still full.
+          // The disk is still full.
           const Status again = document.save_again();
           EXPECT_FALSE(again.ok());
           EXPECT_FALSE(document.unsaved().empty());
@@ -308,8 +308,9 @@ TEST(Document, FailingDisksLoseNothing) {
   vfs.reset();
 }
 
-// Power is lost after any operation. Synced data is there. Any part of later data may be there,
-// torn anywhere. The file then holds an exact prefix, including everything that was synced.
+// Power is lost after any operation. Synced data is on the disk. Of later data, any part may be on
+// the disk, and writes may be incomplete. The file then holds an exact prefix of the work,
+// including everything that was synced.
 TEST(Document, LossOfPowerLeavesAPrefix) {
   FaultVfs& vfs = FaultVfs::get();
   vfs.reset();
@@ -388,7 +389,7 @@ TEST(Document, LossOfPowerLeavesAPrefix) {
   vfs.reset();
 }
 
-// If a document cannot be written in place, it goes to the next folder that accepts it.
+// If a document cannot be written in place, it is saved in the next folder that can be written.
 TEST(Document, RescueUsesTheNextWritableFolder) {
   Folder folder;
   FaultVfs& vfs = FaultVfs::get();
@@ -455,7 +456,7 @@ TEST(Document, AFileWithoutItsLogIsReported) {
     ASSERT_NE(writer, nullptr);
     EXPECT_EQ(writer->missing().empty(), i == 1);
   }
-  // Within half a second, the steps are in the file itself.
+  // Every half second, the writer moves the log's steps into the file itself. Waits for this.
   bool brought = false;
   for (int i = 0; i < 600 && !brought; i++) {
     std::this_thread::sleep_for(std::chrono::milliseconds(100));

@@ -33,7 +33,7 @@ using test::Random;
 using test::Rig;
 using test::rig;
 
-// A hand that goes in and out of the wood, turning.
+// A hand that moves in and out of the wood while it turns.
 Rig busy_rig(ForceModel hand, std::unique_ptr<TriDexel> model = nullptr) {
   VirtualDeviceSettings device;
   device.capabilities = arm();
@@ -128,7 +128,7 @@ TEST(DocumentWriter, KeepsWhatABrushDoes) {
       settings.symmetry.planes = {true, false, false};
       settings.symmetry.centre_mm = Vec3(20, 15, 10);
       settings.spring.stiffness_n_mm = 1;
-      // Over the edges of the block's top, and off it.
+      // The hand moves over the edges of the block's top, and away from it.
       const auto script = [](double t) {
         return VirtualDevice::Target{
             Vec3(18 * std::sin(5 * t), 14 * std::cos(3 * t), -5 + std::cos(7 * t)),
@@ -208,7 +208,8 @@ TEST(DocumentWriter, KeepsWhatABrushDoes) {
     }
 }
 
-// A hand that is faster than its dabs: they come later, and the stroke ends where the hand ended.
+// A hand that is faster than its dabs. The dabs are done later, and the stroke ends where the hand
+// ended.
 TEST(DocumentWriter, AFastBrushKeepsItsEnd) {
   Folder folder;
   const std::filesystem::path file = folder.path / "fast.kibori";
@@ -290,7 +291,7 @@ TEST(DocumentWriter, UndoAndRedoWhileAHandCarves) {
         enum Action { kRun, kUndo, kRedo, kGo, kCancel };
         const auto action = static_cast<Action>(random.integer(kRun, kCancel));
         if (action == kRun) run(random.integer(1, 900));
-        // Half the time in the middle of a stroke, which is finished first.
+        // Half of the time, the request comes during a stroke, which is finished first.
         const bool lifted = random.integer(0, 1) == 0;
         if (lifted) {
           set_mode(Mode::off);
@@ -335,7 +336,7 @@ TEST(DocumentWriter, UndoAndRedoWhileAHandCarves) {
                 live.context().model().content_hash());
       written = writer.document().steps().size();
     }
-    // This many rounds contain every kind of action.
+    // With 100 rounds or more, each kind of action must have occurred.
     EXPECT_TRUE(rounds < 100 || (undone > 0 && cancelled > 0 && written > 10));
     auto after = Document::open(file, Document::Access::read);
     ASSERT_TRUE(after.ok()) << after.error();
@@ -369,8 +370,8 @@ TEST(DocumentWriter, CancelledBeforeAnythingElse) {
   EXPECT_EQ(live.context().model().content_hash(), writer.document().steps().at(1).hash);
 }
 
-// The same on three threads. The second time the document was just opened, so its states are made
-// in parallel with the hand.
+// Undo, redo and versions on a third thread, in addition to the servo's and the writer's. In the
+// second round the document was just opened, so its states are made in parallel with the hand.
 TEST(DocumentWriter, HistoryFromAnotherThread) {
   Random random;
   Folder folder;
@@ -431,7 +432,8 @@ TEST(DocumentWriter, HistoryFromAnotherThread) {
   expect_sound(*after.value());
 }
 
-// Position of the hand at each tick, and its time. A killed process leaves them to the checker.
+// Position of the hand at each tick, and its time. The checker reads them after the process is
+// killed.
 struct Witness {
   std::atomic<int64_t> ticks;
   double x_mm[20000];
@@ -465,8 +467,8 @@ class WatchedDevice final : public Device {
   Witness& witness_;
 };
 
-// kill -9 while a hand carves in real time: the file opens to an exact prefix. Prints how long
-// before the end the prefix ends.
+// kill -9 while a hand carves in real time. The file opens with an exact prefix of the work. Prints
+// the time that is missing at the end.
 TEST(DocumentWriter, KilledWhileAHandCarves) {
   Random random;
   Folder folder;
@@ -491,7 +493,7 @@ TEST(DocumentWriter, KilledWhileAHandCarves) {
       settings.spring.stiffness_n_mm = 1;
       settings.materials[0].u = 0.02;
       settings.workspace = Workspace(Vec3(20, 15, 25));
-      // Along the block, always in it.
+      // The tool moves along the block and is always in the wood.
       auto hand = std::make_unique<VirtualDevice>(device, [](double t) {
         return VirtualDevice::Target{Vec3(-25 + 8 * t, 0, -6.5 + std::cos(7 * t)), Mat3::Identity(),
                                      0};
@@ -547,8 +549,8 @@ TEST(DocumentWriter, KilledWhileAHandCarves) {
                 lost_ms[lost_ms.size() / 2], lost_ms.back());
 }
 
-// A process that is killed during dabs and warps leaves these to the checker: the model's hash
-// after each stroke, and the positions of the tip.
+// The model's hash after each stroke, and the positions of the tip. The checker reads them after
+// the process is killed during dabs and warps.
 struct Strokes {
   std::atomic<int64_t> ticks, ends, commits;
   uint64_t hashes[1000];
@@ -669,8 +671,8 @@ TEST(DocumentWriter, KilledAmidDabsAndWarps) {
   }
 }
 
-// The disk becomes full while a hand carves. This is reported, the hand continues, also in the
-// history, and everything can be saved elsewhere.
+// The disk becomes full while a hand carves. This is reported. The hand continues, and undo and
+// redo still work. Everything can be saved elsewhere.
 TEST(DocumentWriter, AFullDiskIsReportedAndNothingIsLost) {
   FaultVfs& vfs = FaultVfs::get();
   vfs.reset();

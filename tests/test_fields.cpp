@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Every described field (kibori/base/field_info.h) comes back from a document and from a scene.
+// Every described field (kibori/base/field_info.h) has the same value after it was written to a
+// document or a scene and read again.
 #include <array>
 #include <utility>
 
@@ -109,10 +110,10 @@ template <Described T>
 std::string keys(const T& of, const std::string& between) {
   std::string text;
   T::for_fields([&](const FieldInfo& field, auto member) {
-    if (std::string_view(field.name) == "flatten_to") return;  // `plane` says it, too
+    if (std::string_view(field.name) == "flatten_to") return;  // the key `plane` implies it
     if (std::is_same_v<T, Material>) {
       const std::string_view name = field.name;
-      if (name == "u" || name == "log") return;  // `k` excludes u, and the stock has the log
+      if (name == "u" || name == "log") return;  // `k` excludes u; the log belongs to the stock
     }
     if (!text.empty()) text += between;
     text.append(field.name).append(" = ").append(toml(of.*member));
@@ -122,10 +123,11 @@ std::string keys(const T& of, const std::string& between) {
 
 TEST(SceneFields, RoundTripThroughAScene) {
   Material material = changed<Material>();
-  const LogCut log = std::exchange(material.log, {});  // of the stock
+  const LogCut log = std::exchange(material.log, {});  // in a scene it belongs to the stock
   const SeriesSpring spring = changed<SeriesSpring>();
   Brush brush = changed<Brush>();
   brush.flatten_to = FlattenTo::plane;
+  brush.mask_material = 5;  // a whole number
   const Result<Scene> scene =
       parse_scene("[force]\nmodel = \"series\"\n" + keys(spring, "\n") + "\n[[material]]\n" +
                       keys(material, "\n") +

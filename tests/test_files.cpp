@@ -76,7 +76,7 @@ TEST(SurfaceFile, RoundTripsThroughEveryFormat) {
   const Folder folder;
   for (const std::string_view ending : kMeshesWritten) {
     const std::string name = ending == ".ply" ? "a.PLY" : "a" + std::string(ending);
-    const bool exact = name != "a.glb";  // metres are rounded once more
+    const bool exact = name != "a.glb";  // the conversion to metres rounds once more
     ASSERT_TRUE(write_surface(folder / name, whole, {&oak, 1}).ok()) << name;
     const Result<TriangleMesh> back = read_mesh(folder / name);
     ASSERT_TRUE(back.ok()) << name << " " << back.error();
@@ -233,7 +233,7 @@ TEST(ThreeMf, UnitsTransformsAndComponents) {
   EXPECT_NEAR((box.max - Vec3(110, 40, 50)).norm(), 0, 1e-9);
 }
 
-// What is left out of a file, or forbidden in it, is said.
+// Notes name the parts of a file that are left out. Errors name forbidden parts.
 TEST(ThreeMf, SlicersPartsAndExtensions) {
   const Folder folder;
   std::vector<std::string> notes;
@@ -283,7 +283,7 @@ TEST(ThreeMf, SlicersPartsAndExtensions) {
   EXPECT_EQ(read(two, {{"Metadata/Slic3r_PE_model.config", "<config"}}).value().triangles.size(),
             14u);
   EXPECT_TRUE(expected("is not valid XML"));
-  // Bambu Studio: parts are components.
+  // Files of Bambu Studio, whose parts are components.
   const std::string parts = replaced(
       model_part("<object id=\"2\"><components><component objectid=\"1\"/></components></object>"
                  "<object id=\"3\"><components><component objectid=\"1\"/><component "
@@ -301,7 +301,7 @@ TEST(ThreeMf, SlicersPartsAndExtensions) {
         12u);
     EXPECT_EQ(notes.size(), 1u);
   }
-  // Required extensions by their names.
+  // The error names each required extension that Kibori does not support.
   const auto requires_one = [&](const std::string& name, const std::string& space) {
     return read(replaced(plain, "<model ",
                          "<model xmlns:q=\"http://schemas.microsoft.com/" + space +
@@ -317,7 +317,7 @@ TEST(ThreeMf, SlicersPartsAndExtensions) {
         << refused.error();
   }
   EXPECT_FALSE(requires_one("z", "3dmanufacturing/production/2015/06").ok());
-  // Beside the mesh.
+  // A note names an unknown element of a mesh.
   ASSERT_TRUE(read(replaced(plain, "</mesh>", "<beamlattice/></mesh>")).ok());
   EXPECT_TRUE(expected("'beamlattice'"));
   ASSERT_TRUE(
@@ -327,7 +327,7 @@ TEST(ThreeMf, SlicersPartsAndExtensions) {
   EXPECT_TRUE(expected("'odd'"));
 }
 
-// Sizes of 64 bits in the directory, as programs write that stream an archive.
+// The directory has sizes of 64 bits. Programs that stream an archive write these.
 TEST(ThreeMf, ArchivesWithSixtyFourBitSizes) {
   const Folder folder;
   const std::string small = with_model(folder, model_part());
@@ -412,7 +412,7 @@ TEST(ThreeMf, HostileArchivesAreRefused) {
   refused(with_model(folder, text), "too many objects");
 }
 
-// Every prefix and many flipped bits: an answer or an error, never a crash.
+// Parses prefixes of a file, and files with flipped bits: a result or an error, no crash.
 template <class Parse>
 void torment(const std::string& bytes, Parse&& parse) {
   Random random;
@@ -433,7 +433,7 @@ TEST(Hostile, ThreeMf) {
     EXPECT_TRUE(mesh.ok() || !mesh.error().empty());
   });
 }
-// A chunk that says how bright a picture is on a screen changes no height: with alpha, in colours.
+// Chunks about the brightness on a screen change no height, with alpha and in colour pictures.
 TEST(PngFile, ColorSpacesChangeNothing) {
   const auto bytes_of = [](bool color, int chunk) {
     std::string out;
@@ -502,7 +502,8 @@ TEST(Hostile, Stl) {
           [](const std::string& b) { EXPECT_FALSE(parse_stl(b, "a").ok() && b.size() < 84); });
 }
 
-// The helper is another program. Anything that it does becomes one sentence here.
+// These tests replace the helper program by a shell script. Each failure of the helper must become
+// an error message of one sentence.
 class HelperTest : public ::testing::Test {
  protected:
   void TearDown() override { unsetenv("KIBORI_IMPORT"); }
@@ -557,7 +558,8 @@ TEST_F(HelperTest, HostileFilesOfOtherFormats) {
   refused("g.3mf", "PK\3\4");
   refused("h.obj", std::string(100000, '\xff'));
 }
-// Everything that a parser may try, in its own process: each is refused, and the process continues.
+// A confined process tries to open files and sockets, and to start a program. Each attempt is
+// refused, and the process continues.
 TEST(Confined, OpensAndStartsNothing) {
 #ifdef KIBORI_SANITIZED
   GTEST_SKIP() << "sanitisers open files themselves";

@@ -46,7 +46,7 @@ TEST_F(ForceDimension, ReadsAndWritesInOurAxes) {
   fake_->position[0] = -0.01, fake_->position[1] = 0.02, fake_->position[2] = 0.03;
   fake_->velocity[1] = 0.5;
   fake_->buttons = 9;
-  // A quarter turn about z is the same in any frame with that z.
+  // A quarter turn about z has the same matrix in both frames, because both have the same z.
   const double turn[3][3] = {{0, -1, 0}, {1, 0, 0}, {0, 0, 1}};
   std::memcpy(fake_->frame, turn, sizeof turn);
   DeviceReading reading;
@@ -62,7 +62,7 @@ TEST_F(ForceDimension, ReadsAndWritesInOurAxes) {
   EXPECT_EQ(fake_->force[2], 3);
   EXPECT_NEAR(fake_->torque[0], -0.005, 1e-12);
   EXPECT_NEAR(fake_->torque[1], 0.004, 1e-12);
-  // Too soon: the value is the last one.
+  // The library reports that a read came too soon and returned the last value.
   fake_->read_result = 1;
   EXPECT_EQ(device.read(reading), DeviceStatus::stale);
   fake_->read_result = 0;
@@ -102,7 +102,7 @@ TEST_F(ForceDimension, EveryErrorCodeIsAFaultThatStays) {
         EXPECT_EQ(fake_->force[2], 0);
       }
     }
-  // A position that is not finite.
+  // A position that is not finite is an error.
   *fake_ = FakeDhd();
   auto opened = ForceDimensionDevice::open();
   ASSERT_TRUE(opened.ok());
@@ -123,7 +123,7 @@ TEST_F(ForceDimension, ReportsWhyItIsMissing) {
   fake_->enable_result = -1;
   EXPECT_NE(ForceDimensionDevice::open().error().find("switched on"), std::string::npos);
   EXPECT_EQ(fake_->closed, 1);
-  // Another library with that name.
+  // The path in FORCEDIM_SDK does not exist.
   setenv("FORCEDIM_SDK", "/nonexistent", 1);
   EXPECT_NE(ForceDimensionDevice::open().error().find("FORCEDIM_SDK"), std::string::npos);
   *fake_ = FakeDhd();

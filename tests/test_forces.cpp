@@ -40,7 +40,7 @@ TEST(Energy, UprightScrapeHasTheClosedForm) {
   for (const Vec3& direction : {Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0.6, 0.8, 0)}) {
     Bench bench(Vec3(60, 60, 20), 0.25);
     DirectTool stroke(bench.model, Pose{Vec3(15, 15, 20 - depth), Mat3::Identity()});
-    // Into the stock first, then steady.
+    // First enter the stock, then measure the steady cut.
     Vec3 at = stroke.pose().tip;
     double force = 0, moment = 0, volume = 0;
     const double step = 0.1;
@@ -76,7 +76,7 @@ TEST(Energy, PlungeHasTheClosedFormAndNoMoment) {
     const ToolTick tick = go(stroke, kFinger, Vec3(30.1, 29.8, z), bench, ForceModel::energy);
     const double deep = 20 - z;
     if (deep > 1.5 * step) {
-      // Late by half a cell of path.
+      // The force is late by half a cell of path.
       const double expected = step * kPi * (deep - step / 2 - 0.125) / 0.1;
       worst = std::max(worst, std::abs(tick.wrench.force.z() / (2.0 * expected / step) - 1) *
                                   (deep > 10 ? 1 : 0));
@@ -91,7 +91,8 @@ TEST(Energy, PlungeHasTheClosedFormAndNoMoment) {
   EXPECT_LT(worst, 0.01);
 }
 
-// After both faces of a slab: a plateau dV = delta pi t / Ks.
+// When the finger has passed both faces of a slab of thickness t, the force is constant:
+// dV = delta pi t / Ks.
 TEST(Energy, PlungeThroughASlabIsAPlateau) {
   Bench bench(Vec3(60, 60, 4), 0.25, 0);
   DirectTool stroke(bench.model, Pose{Vec3(30.1, 29.8, 4), Mat3::Identity()});
@@ -105,9 +106,9 @@ TEST(Energy, PlungeThroughASlabIsAPlateau) {
   }
 }
 
-// A flat bottom that sinks while it moves sideways. Its force is u times the area that it passes,
-// bottom and front, in every tick. But only in some ticks it passes a row of x rays, all along the
-// bottom.
+// A flat bottom moves down and sideways. In every tick, the force must be u times the area that the
+// bottom and the front sweep. This is difficult, because the bottom crosses a row of x rays only in
+// some ticks, and then the whole row at once.
 TEST(Energy, AFlatBottomThatSinksResistsEvenly) {
   Random random;
   SCOPED_TRACE(random.note());
@@ -123,7 +124,7 @@ TEST(Energy, AFlatBottomThatSinksResistsEvenly) {
         for (int i = 1; i <= 160; i++) {
           const Vec3 to = stroke.pose().tip + step * direction;
           const ToolTick tick = go(stroke, tool, to, bench, ForceModel::energy, 6);
-          if (i <= 20) continue;  // until it has its own front
+          if (i <= 20) continue;  // the front of the cut is not complete yet
           const double deep = 20 - to.z() - 0.5 * step * direction.z();
           const double front = 10 * deep * direction.x(),
                        force = 2 * (front - bottom * direction.z());
@@ -244,8 +245,8 @@ TEST(Energy, TurningOnTheSpotGivesAMomentAndStaysFinite) {
   }
 }
 
-// F| = Kf K, antiparallel to p; M = -Kf (sum z) e_z x p. The counts are those of a bitmap carved
-// by the definition.
+// |F| = Kf K, antiparallel to p, and M = -Kf (sum z) e_z x p. The oracle counts the nodes that
+// vanish from a bitmap, which is carved by the definition of the finger.
 TEST(Paper, CountsExactlyTheNodesThatVanish) {
   Random random;
   const double h = 0.5;
@@ -389,8 +390,8 @@ TEST(Deposit, ResistsByTheSameLawAndCanBeCutAwayAgain) {
   EXPECT_NEAR(bench.model.volume_mm3(), volume + added, 1e-6 * volume);
 }
 
-// A tool that begins in the material, or that deposits its body, meets that volume without a path.
-// Only what the path adds resists: u times the ball's cross-section.
+// At the start of a stroke, the tool cuts or deposits the volume that it occupies. This volume has
+// no path and causes no force. The force is that of the path: u times the ball's cross-section.
 TEST(Energy, OnlyThePathResistsWhereAStrokeBegins) {
   const Tool ball = BallTool{3};
   for (const Mode mode : {Mode::cut, Mode::deposit})
@@ -456,8 +457,8 @@ TEST(Touch, OfATurnInSeveralPiecesIsThatOfTheCut) {
   EXPECT_EQ(touched.model.content_hash(), before);
 }
 
-// The start pose counts as clear only directly after a cut of this same ball. Other tools may be
-// used in between.
+// Only a cut by the same ball makes the start pose clear. Here another tool cuts between two cuts
+// of the ball, so the second cut of the ball must remove all material in its way.
 TEST(DirectTool, AnotherToolInBetweenIsNotForgotten) {
   Bench bench(Vec3(20, 20, 10), 0.25), plain(Vec3(20, 20, 10), 0.25);
   DirectTool stroke(bench.model, Pose{Vec3(10, 10, 6), Mat3::Identity()});
@@ -473,7 +474,7 @@ TEST(DirectTool, AnotherToolInBetweenIsNotForgotten) {
   EXPECT_NEAR(bench.model.volume_mm3(), plain.model.volume_mm3(), 1e-3);
 }
 
-// A tick may be long: 200 m past a block of 20 mm remove the same as a short scrape.
+// A tick may be long. A motion of 200 m past a block of 20 mm removes the same as a short scrape.
 TEST(DirectTool, ALongTickIsSweptInPieces) {
   double expected = 0;
   for (const double half : {100.0, 3000.0, 100000.0}) {

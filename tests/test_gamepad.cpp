@@ -103,19 +103,19 @@ TEST_F(Gamepad, RumblesWithTheForceAndHoldsTheHandBack) {
   Device& device = *opened.value();
   const double max = device.capabilities().force_n;
   EXPECT_LE(low_, 0);
-  // A steady force of half strength: only the slow motor, after a while.
+  // A steady force of half strength: after a while only the slow motor runs.
   hold(device, 0.4, Vec3(0, 0, max / 2));
   for (int i = 0; i < 30 && high_ >= 2000; i++) hold(device, 0.1, Vec3(0, 0, max / 2));
   EXPECT_NEAR(low_, 32768, 1100);
   EXPECT_LT(high_, 2000);
-  // A force that alternates: the quick motor as well.
+  // A force that alternates: the quick motor also runs.
   bool rough = false;
   for (int i = 0; i < 20; i++) {
     hold(device, 0.02, Vec3(i % 2 ? max : -max, 0, 0));
     rough |= high_ > 30000;
   }
   EXPECT_TRUE(rough);
-  // Without renewal it ends.
+  // If the force is not renewed, the motors stop.
   EXPECT_TRUE(soon([&] { return low_ == 0 && high_ == 0; }));
   // A wall with the hand's maximum force: the hand does not move.
   hold(device, 0.2);

@@ -50,7 +50,7 @@ TEST(Grain, TheMeanOfARingMatchesItsMaterial) {
   EXPECT_NEAR(sum / kSamples, kMeanLate, 0.001);
 }
 
-// A box is driven through the wood below its surface. Its force is u(theta) times its front area.
+// A box moves through the wood below its surface. Its force is u(theta) times its front area.
 TEST(Grain, AlongAndAcrossAreHankinsons) {
   const double pi = std::numbers::pi;
   for (int i = 0; i <= 12; i++) {
@@ -115,7 +115,7 @@ TEST(Grain, RingsResistWhereTheyAre) {
         plain.advance(BallTool{radius}, start - Vec3(0, 0, radius) + direction, Vec3::Zero(),
                       Mode::cut, energy(), {wood(0, 0)});
     ASSERT_TRUE(without_grain.ok());
-    // The ball's start has no path (see DirectTool::stand).
+    // The volume that the ball occupies at its start causes no force (DirectTool::measure_start).
     double sum = 0, volume = 0;
     constexpr double kStep = 0.1;
     const double cos = direction.dot(log.along) / direction.norm(), along = materials[0].u_along;
@@ -167,8 +167,8 @@ TEST(Grain, ForceIsContinuousInDirectionAndPlace) {
   }
 }
 
-// A grain without differences changes nothing, also if the tool turns, in several materials, and
-// for the moment.
+// A grain whose resistance is equal in all directions changes no force and no moment. Also if the
+// tool turns, and in several materials.
 TEST(Grain, WithoutADifferenceForcesAreThoseOfPlainWood) {
   Random random;
   for (int trial = 0; trial < 30; trial++) {
@@ -214,7 +214,8 @@ TEST(Grain, ADepositResistsAsItsOwnWood) {
     const auto tick = tool.advance(BoxTool{Vec3(4, 6, 8)}, Vec3(12, 10, 9), Vec3::Zero(),
                                    Mode::deposit, energy(), materials, 1);
     ASSERT_TRUE(tick.ok());
-    // 5 mm of its 8 are above the wood. Of its path of 8 cells, half a cell is still unpaid.
+    // 5 of its 8 mm are above the wood. Its path has 8 cells, and the force of the last half cell
+    // is still pending.
     EXPECT_NEAR(tick.value().wrench.force.norm(), kU * 6 * 5 * (1 - 0.5 / 8), 0.02 * kU * 30)
         << next_to_grain;
   }
@@ -257,7 +258,7 @@ TEST(Grain, KnownMaterialsAreSound) {
     EXPECT_EQ(fault_of(material), nullptr) << material.name;
     EXPECT_GT(material.density_kg_m3, 0) << material.name;
     const auto [end, along, across] = material.k;
-    // End grain is harder than along the fibres, and that is at least as hard as across.
+    // End grain needs more force than along the fibres, and that at least as much as across.
     EXPECT_EQ(has_grain(material), end > along || material.ring > 0) << material.name;
     EXPECT_GE(end, along) << material.name;
     EXPECT_GE(along, across) << material.name;
@@ -266,8 +267,8 @@ TEST(Grain, KnownMaterialsAreSound) {
   EXPECT_FALSE(Grain::of(make_lattice(Vec3(10, 10, 10), 1, 1).value(), {Material{}}));
 }
 
-// The mean over pieces of any length and axis, near the pith and far from it. The oracle samples
-// the wood densely. Each lane is independent of its neighbours.
+// The mean share of late wood over pieces of rays, of any length and axis, near the pith and far
+// from it. The oracle samples the wood densely. Each vector lane is independent of its neighbours.
 TEST(Grain, MeansOverPiecesAreThoseOfTheWood) {
   Random random;
   double worst = 0;
@@ -303,15 +304,15 @@ TEST(Grain, MeansOverPiecesAreThoseOfTheWood) {
       for (int k = 0; k < kSamples; k++)
         sum += late(lo[i] + (hi[i] - lo[i]) * (k + 0.5) / kSamples);
       const double rings = (hi[i] - lo[i]) * lattice.pitch_mm / log.ring;
-      // An error of the wave by some hundredths of a ring moves late wood in or out at either end.
-      // Close to the pith, the ring width varies within a part.
+      // The waves of the rings have an error of a few hundredths of a ring. At either end of a
+      // piece, this adds or removes late wood. Near the pith, the ring width varies within a piece.
       const double error = std::abs(means[i] - sum / kSamples);
       if (rings > 0.2) {
         EXPECT_LT(error, 0.02 + 0.04 / rings) << rings;
       }
       worst = std::max(worst, error * std::min(rings, 1.0));
     }
-    // One piece among different ones.
+    // The result for one piece does not depend on the other pieces of its row.
     float alone[16], same[16], again[16];
     std::fill_n(alone, 16, lo[0]);
     std::fill_n(same, 16, hi[0]);
@@ -321,7 +322,7 @@ TEST(Grain, MeansOverPiecesAreThoseOfTheWood) {
   std::printf("mean late wood over pieces: off by %.3f at most, over a ring or more\n", worst);
 }
 
-// Lattices of any shape: one cell, flat, long.
+// The grid of the waves covers lattices of any shape: one cell, flat, long.
 TEST(Grain, AnyLatticeHasPlacesForAllOfIt) {
   Random random;
   for (const Vec3& size : {Vec3(1, 1, 1), Vec3(100, 1, 1), Vec3(1, 200, 3), Vec3(70, 60, 2)}) {
@@ -332,7 +333,7 @@ TEST(Grain, AnyLatticeHasPlacesForAllOfIt) {
     for (int i = 0; i < 200; i++) {
       const Vec3 at = random.in_box(0, 1).cwiseProduct(lattice.nodes.matrix().cast<double>());
       const Vec3 mm = lattice.to_mm(LatticePoint{at});
-      // A row of 16 rays, all with a piece there; the first one is checked.
+      // The same short piece on 16 rays. Only the first ray is checked.
       float lo[16], hi[16], means[16];
       std::fill_n(lo, 16, static_cast<float>(at[2] - 1e-6));
       std::fill_n(hi, 16, static_cast<float>(at[2] + 1e-6));

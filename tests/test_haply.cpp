@@ -1,18 +1,17 @@
 // SPDX-License-Identifier: MIT
 // The Haply driver against a service over WebSocket.
-#include <atomic>
 #include <chrono>
 #include <cmath>
+#include <memory>
 #include <mutex>
+#include <optional>
 #include <thread>
 
-#include <boost/asio/ip/tcp.hpp>
-#include <boost/beast/core.hpp>
-#include <boost/beast/websocket.hpp>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include <kibori/devices/haply_device.h>
+#include <kibori/net/web.h>
 
 #include "tests/device_support.h"
 #include "tests/support.h"
@@ -23,40 +22,24 @@ namespace {
 using std::chrono::milliseconds;
 using test::read_fresh;
 
-namespace beast = boost::beast;
-using tcp = boost::asio::ip::tcp;
-
 // The service: an inventory first, then a state for each frame it gets.
 class HaplyService {
  public:
-  explicit HaplyService(nlohmann::json inventory, int frames = 1 << 30)
-      : acceptor_(context_, tcp::endpoint(boost::asio::ip::make_address("127.0.0.1"), 0)) {
-    port_ = std::to_string(acceptor_.local_endpoint().port());
-    thread_ = std::thread([this, inventory = std::move(inventory), frames] {
-      try {
-        beast::websocket::stream<tcp::socket> socket(acceptor_.accept());
-        socket.accept();
-        socket.write(boost::asio::buffer(inventory.dump()));
-        for (int i = 0; i < frames; i++) {
-          beast::flat_buffer buffer;
-          socket.read(buffer);
-          std::string reply;
-          {
-            const std::lock_guard<std::mutex> lock(mutex_);
-            commands_++;
-            last_ = nlohmann::json::parse(beast::buffers_to_string(buffer.data()), nullptr, false);
-            reply = state_;
-          }
-          socket.write(boost::asio::buffer(reply));
-          std::this_thread::sleep_for(std::chrono::microseconds(300));
-        }
-      } catch (const std::exception&) {  // the driver disconnected
-      }
+  explicit HaplyService(const nlohmann::json& inventory) {
+    const Status listening = listener_.listen("127.0.0.1", 0);
+    EXPECT_TRUE(listening.ok()) << listening.error();
+    port_ = std::to_string(listener_.port());
+    listener_.start([this, text = inventory.dump()](net::Socket socket) {
+      http_.emplace(std::move(socket));
+      http_->read_head({}, [this, text](net::Received) {
+        socket_ = http_->upgrade();
+        socket_->accept([this, text](bool) { send(text); });
+      });
     });
+    thread_ = std::thread([this] { loop_.run(); });
   }
   ~HaplyService() {
-    boost::system::error_code ignored;
-    acceptor_.close(ignored);
+    loop_.stop();
     thread_.join();
   }
   const std::string& port() const { return port_; }
@@ -70,13 +53,31 @@ class HaplyService {
   }
 
  private:
-  boost::asio::io_context context_;
-  tcp::acceptor acceptor_;
-  std::string port_;
+  void send(std::string text) {
+    sent_ = std::move(text);
+    const auto* const bytes = reinterpret_cast<const uint8_t*>(sent_.data());
+    socket_->write({bytes, sent_.size()}, [this](bool sent) {
+      if (sent) read();
+    });
+  }
+  void read() {
+    socket_->read([this](std::optional<net::WebSocketMessage> message) {
+      if (!message) return;  // the driver disconnected
+      const std::lock_guard<std::mutex> lock(mutex_);
+      last_ = nlohmann::json::parse(message->bytes.begin(), message->bytes.end(), nullptr, false);
+      pause_.start(std::chrono::microseconds(300), [this, reply = state_] { send(reply); });
+    });
+  }
+
+  std::string port_, sent_;
   std::mutex mutex_;
   std::string state_ = "{}";
   nlohmann::json last_;
-  int commands_ = 0;
+  net::Loop loop_;
+  net::Listener listener_{loop_};
+  net::Timer pause_{loop_};
+  std::optional<net::HttpStream> http_;
+  std::unique_ptr<net::WebSocket> socket_;
   std::thread thread_;
 };
 

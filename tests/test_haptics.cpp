@@ -50,7 +50,7 @@ TEST(Safety, NothingUntilArmedAndTheForceIsSmall) {
   EXPECT_EQ(safety.state(), SafetyStage::State::waiting);
   safety.pass(push(0.1));
   EXPECT_EQ(safety.state(), SafetyStage::State::on);
-  // Then up within a second, no faster.
+  // Then the force rises to its full value within a second, no faster.
   double last = 0;
   for (int i = 2; i <= 1000; i++) {
     const double force = safety.pass(push(3)).force.x();
@@ -90,7 +90,7 @@ TEST(Safety, StaleCommandsFadeAndThenLatch) {
   in.command_age_s = 0.0201;
   EXPECT_EQ(length(safety.pass(in).force), 0);
   EXPECT_EQ(safety.trip(), Trip::command_stale);
-  // Latched: only arming restores it, not fresh commands.
+  // The fault is latched: fresh commands do not restore the force, only arming does.
   in.command_age_s = 0;
   for (int i = 0; i < 10; i++) EXPECT_EQ(length(safety.pass(in).force), 0);
   safety.arm();
@@ -147,7 +147,7 @@ TEST(Safety, EveryFaultIsNothingAtOnceAndLatches) {
   }
 }
 
-// Ten million commands, many of them wild: the limits of size and rate are never exceeded.
+// Ten million commands, many of them extreme. The limits of magnitude and rate are never exceeded.
 TEST(Safety, FuzzedCommandsNeverExceedTheLimits) {
   Random random;
   const int rounds = std::getenv("KIBORI_SHORT") ? 100'000 : 10'000'000;
@@ -234,7 +234,7 @@ TEST(HistogramTest, QuantilesAreThoseOfTheSortedList) {
   EXPECT_EQ(count, 10000u);
 }
 
-// An oscillator has a closed form.
+// The motion of the hand equals the closed form of an oscillator.
 TEST(Hand, SwingsAsAnOscillatorDoes) {
   HandSettings s;
   s.hand_mass_kg = 0.2;
@@ -268,7 +268,8 @@ TEST(Live, PressingBelowYieldRestsOnTheFace) {
   r.live->context().safety().arm();
   LiveTick tick;
   for (int i = 0; i < 6000; i++) tick = r.live->tick(0.001);
-  // Target 1 mm below the face, grip 0.5 N/mm against 1 N/mm: a third of a millimetre in.
+  // The target is 1 mm below the face. The grip (0.5 N/mm) pushes against the spring (1 N/mm), so
+  // the hand rests a third of a millimetre below the face.
   EXPECT_NEAR(tick.tool.tip.z(), 20, 0.05);  // a tenth of a cell
   EXPECT_NEAR(tick.given.force.z(), 1.0 / 3, 0.02);
   EXPECT_EQ(r.live->context().model().volume_mm3(), 40 * 30 * 20);
@@ -321,7 +322,7 @@ TEST(Live, AJumpIsNotCarved) {
     LiveSettings settings;
     settings.model = model;
     settings.spring.stiffness_n_mm = 1;
-    // From the left of the block to its right, at its height.
+    // The hand jumps from the left of the block to its right, at the height of the block.
     Rig r = rig(device, settings, [](double t) {
       return VirtualDevice::Target{Vec3(t < 0.1 ? -28 : 28, 0, -15), Mat3::Identity(), 0};
     });
@@ -343,7 +344,7 @@ TEST(Live, TheClutchLiftsTheTool) {
   LiveSettings settings;
   settings.spring.stiffness_n_mm = 1;
   const auto script = [](double t) {
-    // To the right, back with the clutch held, to the right again.
+    // The hand moves to the right, then back while it holds the clutch, then to the right again.
     const double x = t < 1 ? 5 * t : t < 2 ? 5 - 5 * (t - 1) : std::min(5.0, 5 * (t - 2));
     return VirtualDevice::Target{Vec3(x, 0, 0), Mat3::Identity(), t >= 1 && t < 2 ? 2u : 0u};
   };
@@ -394,7 +395,7 @@ TEST(Live, NoHandShakesOnAnyDevice) {
     double u, yield, c;
   };
   const Wood woods[] = {{0.02, 0.1, 0}, {0.1, 0.3, 0}, {0.3, 1, 0.0005}, {1, 2, 0}, {0.1, 50, 0}};
-  // KIBORI_HANDS: all of them.
+  // KIBORI_HANDS runs all combinations.
   const bool brief = std::getenv("KIBORI_SHORT") != nullptr,
              all = std::getenv("KIBORI_HANDS") != nullptr;
   double min = 0, max_swing = 0;
@@ -422,7 +423,7 @@ TEST(Live, NoHandShakesOnAnyDevice) {
           settings.tool = BallTool{3};
           settings.spring.stiffness_n_mm = p.stiffness;
           settings.materials[0] = test::plain_material("wood", 0.001, w.u, w.c, w.yield);
-          // Down onto the face and 1.5 mm into it, then at rest.
+          // The hand moves down onto the face and 1.5 mm into it. Then it rests.
           Rig r = rig(device, settings, [speed](double t) {
             return down(-std::min(6.5, std::max(0.0, (t - 1.2) * speed)));
           });
@@ -481,9 +482,9 @@ TEST(Live, BeyondTheBoundItShakes) {
   EXPECT_GT(high - low, 2 * device.count_mm);
 }
 
-// A dab's work causes a force once it is in the model, however late. It is never a jolt. This also
-// holds for a fast hand in hard wood, whose force is bounded by the device's damping. The hand
-// circles on the block's top, over two grooves: a flat face has nothing to fill.
+// A dab causes its force when it arrives in the model, even if it is late. The force never jumps.
+// This also holds for a fast hand in hard wood, where the device's damping limits the force. The
+// hand circles on the block's top, over two grooves, because a flat face has nothing to fill.
 TEST(Live, ACommitIsNoJolt) {
   for (const ForceModel model : {ForceModel::series, ForceModel::energy, ForceModel::paper})
     for (const Mode mode : test::reshaping_modes()) {

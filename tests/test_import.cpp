@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a file seems to be before the import, and its orientation afterwards.
+// The guesses about a file before its import, and the orientation of the piece after it.
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -133,7 +133,7 @@ TEST(Orientation, ThereAreTwentyFourRotations) {
   }
   EXPECT_EQ(seen.size(), 24u);
   EXPECT_EQ(rotation(Orientation{}), Mat3::Identity());
-  // As GLB files are read.
+  // The reader of GLB files turns meshes in this way.
   EXPECT_EQ(Vec3(rotation(standing(SignedAxis::plus_y)) * Vec3(1, 2, 3)), Vec3(1, -3, 2));
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Labelled volumes: read data against written data, solids against the interpolation summed corner
-// by corner, and shapes with known faces and volumes.
+// Labelled volumes: read data against written data, solids against an interpolation by corners, and
+// shapes with known faces and volumes.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -117,13 +117,13 @@ TEST(Labels, FacesStayWhereTheyWere) {
         at[axis] = (low + high) / 2;
         (interpolated(shape, at) > 0 ? high : low) = at[axis];
       }
-      // Outside the grid it falls to -1 at once.
+      // Outside the grid the value is -1. So without a margin the face is less exact.
       EXPECT_NEAR(high, margin, margin == 0 ? 0.25 : 0.02) << margin;
     }
   }
 }
 
-// Every voxel's middle stays on its side, even in thin and small parts.
+// The middle of each voxel stays inside or outside, even in thin and small parts.
 TEST(Labels, EveryVoxelStaysOnItsSide) {
   Random random;
   for (int round = 0; round < test::rounds_of("KIBORI_ROUNDS", 30); round++) {
@@ -235,7 +235,7 @@ TEST(Labels, NormalsPointOut) {
             at[v_index(axis)] = v + 0.5;
             at[depth_index(axis)] = out ? s.out : s.in;
             const Vec3 radial = (lattice.to_mm(LatticePoint{at}) - middle).normalized();
-            // Checked only if it faces the ray enough.
+            // Skips ends where the surface is nearly parallel to the ray.
             if (std::abs(radial[depth_index(axis)]) < 0.3) continue;
             const Vec3 n = decode_normal(out ? s.normal_out : s.normal_in, axis, out);
             sum += n.dot(radial);
@@ -439,7 +439,7 @@ TEST(Nrrd, BadFilesAreOneSentence) {
   }
 }
 
-// Changed and truncated bytes: an answer or a sentence.
+// Changed and truncated bytes give a volume or an error message of one sentence.
 TEST(Nrrd, DamageIsSurvived) {
   Random random;
   const std::string good =

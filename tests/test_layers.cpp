@@ -66,7 +66,7 @@ TEST(Layers, OfATube) {
     for (const auto& p : outline)
       EXPECT_NEAR(std::hypot(p[0] - centre.x(), p[1] - centre.y()), radius, 2e-5);
   }
-  // Chords between points a cell apart on a circle.
+  // Neighbouring points on the circles are joined by chords, so the areas differ slightly.
   EXPECT_NEAR(outer, M_PI * 144, 144 * 0.01);
   EXPECT_NEAR(inner, -M_PI * 25, 25 * 0.02);
   const std::vector<uint8_t> mask = mask_layer(snapshot, 12);
@@ -237,7 +237,7 @@ TEST(Simplify, StaysNearAndManifold) {
   EXPECT_LT(simplify(ball(30), 0.5).triangles.size(), ball(30).triangles.size() / 10);
 }
 
-// A block keeps its eight corners exactly, and its twelve edges.
+// A simplified block has exactly its eight corners and its twelve edges.
 TEST(Simplify, ABlockBecomesABlock) {
   Lattice lattice;
   lattice.nodes = Index3(50, 40, 30);
@@ -299,7 +299,7 @@ TEST(MeshInfo, OfTetrahedra) {
   EXPECT_NEAR(info.area_mm2, 1.5 + std::sqrt(3.0) / 2, 1e-6);
   EXPECT_NEAR((info.centroid_mm - Vec3(100.25, 0.25, 0.25)).norm(), 0, 1e-5);
   EXPECT_EQ(info.components, 1u);
-  // Two that touch in a corner: closed, but the corner has two fans.
+  // Two tetrahedra that touch in a corner: closed, but the corner has two fans of triangles.
   info = mesh_info(surface_of_mesh(both(tetrahedron(Vec3::Zero()), tetrahedron(Vec3(1, 0, 0)))));
   EXPECT_TRUE(info.closed);
   EXPECT_FALSE(info.manifold);

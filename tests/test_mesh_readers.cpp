@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// STL, OBJ, PLY, OFF, GLB and glTF readers: one solid in many spellings, and files that must be refused.
-// The solid is an L-shaped prism that no mirror maps to itself. So a lost, turned or mirrored part
-// changes its volume, area or centroid.
+// Readers of STL, OBJ, PLY, OFF, GLB and glTF: one solid in many variants of each format, and files
+// that must be refused. The solid is an L-shaped prism without symmetry. So a lost, turned or
+// mirrored part changes its volume, area or centroid.
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -48,7 +48,8 @@ const std::vector<std::array<int, 3>> kFaces = {
     {3, 2, 1},  {3, 1, 0},  {3, 0, 5},  {3, 5, 4},   {9, 10, 11}, {9, 11, 6}, {9, 6, 7},
     {9, 7, 8},  {0, 1, 7},  {0, 7, 6},  {1, 2, 8},   {1, 8, 7},   {2, 3, 9},  {2, 9, 8},
     {3, 4, 10}, {3, 10, 9}, {4, 5, 11}, {4, 11, 10}, {5, 0, 6},   {5, 6, 11}};
-// The same by polygons. The first two are concave, and a fan around their first corner overlaps.
+// The solid's faces as polygons. The first two are concave, and a fan of triangles around their
+// first corner overlaps itself.
 const std::vector<std::vector<int>> kPolygons = {
     {1, 0, 5, 4, 3, 2}, {7, 8, 9, 10, 11, 6}, {0, 1, 7, 6},   {1, 2, 8, 7},
     {2, 3, 9, 8},       {3, 4, 10, 9},        {4, 5, 11, 10}, {5, 0, 6, 11}};
@@ -86,7 +87,8 @@ void expect_refused(const Result<TriangleMesh>& read, const std::string& expecte
   EXPECT_LT(read.error().size(), 400u) << read.error();
 }
 
-// Every beginning, and many files with changed bytes: a sound mesh or one sentence.
+// Reads each prefix of a file, and many files with changed bytes. The result is a valid mesh or one
+// sentence.
 void torment(const std::string& whole, const Parse& parse) {
   Random random;
   const auto check = [&](const std::string& bytes) {
@@ -159,7 +161,7 @@ std::string ascii_stl() {
   }
   return text + "endsolid part\n";
 }
-// `payload`: of each triangle's attribute.
+// `payload`: number of extra bytes after each triangle. The triangle's attribute stores it.
 std::string binary_stl(const std::string& head = "x", size_t payload = 0) {
   std::string bytes = head;
   bytes.resize(80);
@@ -235,7 +237,7 @@ TEST(StlReader, BinaryFilesOfAnyHead) {
                  "payload " + std::to_string(payload));
     EXPECT_TRUE(notes.empty());
   }
-  // A colour in the attribute is no length.
+  // The attribute of a triangle may be a colour. It is not a length.
   std::string colors = binary_stl();
   for (size_t i = 0; i < kFaces.size(); i++) colors[84 + 50 * i + 49] = '\x7f';
   expect_solid(parse_stl(colors, "part.stl"), "colours");
@@ -368,7 +370,7 @@ TEST(ObjReader, FarFromTheOrigin) {
     expect_solid(parse_obj(text + obj_faces(kFaces, plain_index), "part.obj"), std::to_string(far),
                  Vec3(far + 0.125, -far, 0.25), 1e-5);
   }
-  // Near it, numbers are those of a binary file.
+  // Near the origin, coordinates are rounded to float32, as in a binary file.
   const auto near = parse_obj(replaced(obj(), "v 30 ", "v 30.1 "), "part.obj");
   ASSERT_TRUE(near.ok());
   EXPECT_EQ(near.value().vertices[1].x(), static_cast<double>(30.1f));
@@ -609,7 +611,7 @@ TEST(OffReader, WrongFilesAreRefused) {
   for (const char* wrong : {"12", "-1", "99999999999", "nan", "1.5", "x"})
     refused(replaced(plain, "3 3 2 1", std::string("3 3 2 ") + wrong),
             "part.off:15: a face refers to a missing vertex");
-  refused(replaced(plain, "3 3 2 1", "4 3 2 1"), "part.off:15: a face of 4 corners has fewer");
+  refused(replaced(plain, "3 3 2 1", "4 3 2 1"), "part.off:15: a face of 4 corners lists fewer");
   refused(replaced(plain, "30 0 0\n", "30 0\n"), "part.off:4: expected a coordinate");
   refused(replaced(plain, "30 0 0\n", "30 1.#IND 0\n"), "found '1.#IND'");
   refused(replaced(plain, "\n12 20 0", "\n12 21 0"), "ends in the middle of its faces");
@@ -723,7 +725,7 @@ TEST(GlbReader, Containers) {
     GlbBuilder longer = glb;
     longer.json["asset"]["generator"] = std::string(static_cast<size_t>(more), 'x');
     expect_solid(read_glb(longer.file(false)), "not padded", kOrigin, kGlb);
-    // The length leaves out the padding that is there.
+    // The length of the JSON chunk does not count its padding.
     const std::string text = [&] {
       Json whole = longer.json;
       whole["buffers"] = {{{"byteLength", glb.bytes.size()}}};
@@ -733,7 +735,7 @@ TEST(GlbReader, Containers) {
     const auto size = static_cast<uint32_t>(text.size());
     std::memcpy(file.data() + 12, &size, 4);
     expect_solid(read_glb(file), "length without padding", kOrigin, kGlb);
-    // NUL pads the JSON.
+    // The JSON is padded with NUL bytes.
     for (size_t i = 20 + text.size(); i < 20 + (text.size() + 3) / 4 * 4; i++) file[i] = '\0';
     file = replaced(file, std::string("glTF"), "glTF");
     const auto padded = static_cast<uint32_t>((text.size() + 3) / 4 * 4);
@@ -749,7 +751,7 @@ TEST(GlbReader, Containers) {
                kGlb);
   expect_solid(read_glb(whole.dump(2)), "JSON alone", kOrigin, kGlb);
   expect_solid(read_glb("\xef\xbb\xbf\n" + whole.dump(2)), "JSON alone", kOrigin, kGlb);
-  // A name that is no UTF-8; a last byte that is missing because it only pads.
+  // A name that is not UTF-8. Then a file without its last byte of padding.
   GlbBuilder latin = glb;
   latin.json["nodes"][0]["name"] = "Knauf @";
   expect_solid(read_glb(replaced(latin.file(), "Knauf @", "Knauf \xf6")), "Latin", kOrigin, kGlb);
@@ -885,7 +887,8 @@ TEST(GlbReader, StripsAndFans) {
   glb.primitive(points, -1, 0);
   Notes notes;
   const auto strip = read_glb(glb.file(), &notes);
-  // Which way a strip turns is the oracle's: as lists, the same triangles are right or inside out.
+  // The orientation of the triangles alternates along a strip. If it is read wrongly, the solid is
+  // inside out.
   expect_solid(strip, "strip and fans", kOrigin, kGlb);
   ASSERT_EQ(notes.size(), 1u);
   EXPECT_NE(notes[0].find("points and lines"), std::string::npos);
@@ -903,7 +906,7 @@ TEST(GlbReader, StripsAndFans) {
 TEST(GlbReader, NodesPlaceMeshes) {
   GlbBuilder glb = plain_glb();
   const double half = std::sqrt(0.5);
-  // A quarter turn about y in the parent is undone in the child; the same for scale and shift.
+  // The child undoes the parent's quarter turn about y, scale and shift.
   glb.json["nodes"] = {
       {{"children", {1}},
        {"rotation", {0, half, 0, half}},
@@ -920,7 +923,7 @@ TEST(GlbReader, NodesPlaceMeshes) {
   mirrored.json["meshes"][0]["primitives"][0]["indices"] = mirrored.indices<uint16_t>(turned, 5123);
   mirrored.json["nodes"][0]["scale"] = {-1, 1, 1};
   expect_solid(read_glb(mirrored.file()), "mirrored", kOrigin, kGlb);
-  // Without scenes: every root. In several scenes: the one that is named.
+  // Without scenes, all root nodes are read. If there are several scenes, the default one is read.
   GlbBuilder none = plain_glb();
   none.json.erase("scenes");
   none.json.erase("scene");
@@ -933,7 +936,7 @@ TEST(GlbReader, NodesPlaceMeshes) {
   Notes notes;
   expect_solid(read_glb(two.file(), &notes), "second scene", kOrigin, kGlb);
   EXPECT_EQ(notes.size(), 1u);
-  // Many parts that share a list of vertices bring only their own.
+  // Many parts share one list of vertices. Only the vertices that are used are kept.
   GlbBuilder parts;
   const int points = parts.points();
   for (const auto& face : kFaces)
@@ -957,12 +960,12 @@ TEST(GlbReader, ExtensionsAreNamed) {
     GlbBuilder glb = plain_glb();
     glb.json["extensionsUsed"] = glb.json["extensionsRequired"] = {other};
     expect_refused(read_glb(glb.file()), std::string("'") + other + "'");
-    // As a mere offer it is read without, and said.
+    // If the extension is not required, the file is read without it.
     glb.json.erase("extensionsRequired");
     Notes notes;
     expect_solid(read_glb(glb.file(), &notes), other, kOrigin, kGlb);
   }
-  // Compressed data without a fallback, although it is not said to be required.
+  // Compressed data without a fallback, although the extension is not listed as required.
   GlbBuilder draco = plain_glb();
   draco.json["accessors"][0].erase("bufferView");
   draco.json["meshes"][0]["primitives"][0]["extensions"] = {
@@ -1094,7 +1097,7 @@ TEST(GltfReader, DataInTheTextOrInFilesNextToIt) {
     expect_read(gltf_with({{{"byteLength", bytes.size()}, {"uri", uri}}}), uri);
     std::filesystem::remove(folder.path / name);
   }
-  // Each buffer in a place of its own.
+  // The first buffer is a file. The second one is another file, or is inside the JSON.
   const auto [points, corners] = points_and_corners();
   write("points.bin", points);
   write("corners.bin", corners);
@@ -1152,12 +1155,12 @@ TEST(GltfReader, OtherFilesAreRefused) {
   expect_end("link.bin", outside);
   expect_end("..", outside);
   for (const std::string scheme : {"http://", "https://", "file://", "file:", "ftp://"})
-    expect_end(scheme + secret.string(), "opens no addresses");
-  expect_end("missing.bin", "which is not there; put it next to the file");
+    expect_end(scheme + secret.string(), "does not load web addresses");
+  expect_end("missing.bin", "which does not exist; put it next to the file");
   expect_end("sub", "no file that can be read");
   expect_end("pipe.bin", "no file that can be read");
-  expect_end("", "no name of a file");
-  expect_end("a%00.bin", "no name of a file");
+  expect_end("", "not the name of a file");
+  expect_end("a%00.bin", "not the name of a file");
   // A link inside the folder is read.
   Json json = gltf_with({{{"byteLength", bytes.size()}, {"uri", "good.bin"}}});
   expect_solid(read_mesh(write(inner / "part.gltf", json.dump())), "link", kOrigin, kGlb);
@@ -1194,7 +1197,7 @@ TEST(MeshReaders, BrokenFilesAreRefusedOrSound) {
           [&](const std::string& b, Notes* n) { return parse_glb(b, "a", n, &files); });
 }
 
-// Through the helper program, as every mesh comes in: the solid, and what was left out.
+// Reads through the helper program, as Kibori does. The solid and the notes about omissions arrive.
 TEST(MeshReaders, NotesPassTheHelper) {
   const test::Folder folder;
   const auto write = [&](const std::string& name, const std::string& bytes) {
@@ -1220,6 +1223,18 @@ TEST(MeshReaders, NotesPassTheHelper) {
 
 // --- polygons
 
+// The area that triangles cover, each with a positive sign. It exceeds the polygon's if they
+// overlap.
+double covered_area(const TriangleMesh& mesh) {
+  double sum = 0;
+  for (const auto& t : mesh.triangles)
+    sum += (mesh.vertices[t[1]] - mesh.vertices[t[0]])
+               .cross(mesh.vertices[t[2]] - mesh.vertices[t[0]])
+               .norm() /
+           2;
+  return sum;
+}
+
 // The triangles of a random star-shaped polygon in a random plane cover its area once.
 TEST(Polygons, ConcaveOnesAreCutIntoTrianglesInside) {
   Random random;
@@ -1243,13 +1258,33 @@ TEST(Polygons, ConcaveOnesAreCutIntoTrianglesInside) {
     polygons.add(mesh, corners);
     polygons.finish(mesh);
     ASSERT_EQ(mesh.triangles.size(), corners.size() - 2);
-    double sum = 0;
-    for (const auto& t : mesh.triangles)
-      sum += (mesh.vertices[t[1]] - mesh.vertices[t[0]])
-                 .cross(mesh.vertices[t[2]] - mesh.vertices[t[0]])
-                 .norm() /
-             2;
-    EXPECT_NEAR(sum, area, 1e-9 * area) << count << " corners; " << random.note();
+    EXPECT_NEAR(covered_area(mesh), area, 1e-9 * area) << count << " corners; " << random.note();
+  }
+}
+
+// Crescents, whose ears need many tests. One large face, and many small ones.
+TEST(Polygons, LongCrescentsAreCutCompletely) {
+  for (const auto& [half, count] : {std::pair{2500, 1}, {250, 40}}) {
+    TriangleMesh mesh;
+    Polygons polygons;
+    double area = 0;
+    for (int face = 0; face < count; face++) {
+      std::vector<uint32_t> corners;
+      std::vector<Vec3> flat;
+      for (int i = 0; i < 2 * half; i++) {
+        const bool inner = i >= half;
+        const double angle = std::numbers::pi * (inner ? 2 * half - 1 - i : i) / (half - 1);
+        const double r = inner ? 9 - 0.5 * std::sin(angle) : 10;
+        flat.emplace_back(r * std::cos(angle), r * std::sin(angle), 0);
+        corners.push_back(static_cast<uint32_t>(mesh.vertices.size()));
+        mesh.vertices.push_back(flat.back());
+      }
+      for (size_t i = 0; i < flat.size(); i++)
+        area += flat[i].cross(flat[(i + 1) % flat.size()]).z() / 2;
+      polygons.add(mesh, corners);
+    }
+    polygons.finish(mesh);
+    EXPECT_NEAR(covered_area(mesh), area, 1e-9 * area) << 2 * half << " corners";
   }
 }
 
@@ -1263,13 +1298,7 @@ TEST(Polygons, HolesByABridge) {
   Polygons polygons;
   polygons.add(mesh, std::vector<uint32_t>{0, 1, 2, 3, 0, 4, 5, 6, 7, 4});
   polygons.finish(mesh);
-  double sum = 0;
-  for (const auto& t : mesh.triangles)
-    sum += (mesh.vertices[t[1]] - mesh.vertices[t[0]])
-               .cross(mesh.vertices[t[2]] - mesh.vertices[t[0]])
-               .norm() /
-           2;
-  EXPECT_NEAR(sum, 81 - 9, 1e-9);
+  EXPECT_NEAR(covered_area(mesh), 81 - 9, 1e-9);
 }
 
 TEST(MeshText, WordsLinesAndNumbers) {

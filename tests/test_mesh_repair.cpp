@@ -45,7 +45,7 @@ void reverse_triangles(TriangleMesh& mesh) {
   for (auto& t : mesh.triangles) std::swap(t[1], t[2]);
 }
 
-// Volume of the stock that is made from a mesh. The pitch divides no size.
+// Volume of the stock that is made from a mesh. The sizes are no multiples of the pitch.
 double volume_of(TriangleMesh mesh, std::string* warning = nullptr) {
   // The order of triangles does not matter.
   std::mt19937 order(7);

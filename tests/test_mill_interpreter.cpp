@@ -129,7 +129,7 @@ TEST(Gcode, RefusesCodesByName) {
 TEST(Gcode, UnitsDistancesAndOffsets) {
   EXPECT_EQ(path_of(run("G20 G0 X1\nG21 X1\nG91 X1 Y2\nX1\nG90 X0")),
             "R 25.4 0 0\nR 1 0 0\nR 2 2 0\nR 3 2 0\nR 0 2 0\n");
-  // G92 names the place where the tool is. G92.2 and G92.3 drop and restore the shift.
+  // G92 gives new coordinates to the tool's position. G92.2 and G92.3 drop and restore the shift.
   EXPECT_EQ(path_of(run("G0 X10\nG92 X0\nX1\nG92.2\nX1\nG92.3\nX1\nG92.1\nX1\nG92.3\nX2")),
             "R 10 0 0\nR 11 0 0\nR 1 0 0\nR 11 0 0\nR 1 0 0\nR 2 0 0\n");
   InterpreterOptions options;
@@ -166,7 +166,7 @@ TEST(Gcode, ArcsInAllPlanes) {
     EXPECT_NEAR(half.norm(), 1, 1e-12) << text;
     EXPECT_NEAR((arc.centre_mm - centre)[axes_of(arc.plane).first], 0, 1e-12) << text;
   }
-  // A negative R is the long way.
+  // A negative R selects the arc of more than half a turn.
   const Ran far = run("G0 X1\nG3 X0 Y1 R-1");
   EXPECT_NEAR(ArcPath(Vec3(1, 0, 0), all<ArcMove>(far).at(0)).angle_rad(), 1.5 * M_PI, 1e-12);
 }

@@ -41,7 +41,7 @@ std::string unzipped(const fs::path& path) {
   return text;
 }
 
-// Drops moves that go nowhere. LinuxCNC writes one for G0 without axes.
+// Drops moves of length 0. LinuxCNC writes one for G0 without axes.
 void drop_rests(std::vector<Step>& steps) {
   std::vector<Step> kept;
   double at[6] = {};

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 // Programs on a stock: volumes against closed forms and a dense height map, planted collisions,
 // engagement, and threads.
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -13,6 +15,7 @@
 
 #include <kibori/run/milling.h>
 #include <kibori/run/milling_target.h>
+#include <kibori/run/replay.h>
 #include <kibori/surface/surface.h>
 
 #include "tests/support.h"
@@ -98,10 +101,10 @@ TEST(Milling, PlantedCollisionsAreFoundAndNoneIsInvented) {
            // Down into material, and up along the walls of a pocket.
            {"T1 M6\nG0 X20 Y20 Z5\nG0 Z-3\nG0 Z5", "rapid 3\n"},
            {"T1 M6\nG0 X20 Y20 Z5\nG1 Z-9 F99\nX25.3 Y22.7\nG0 Z5", ""},
-           // Sideways deeper than the flutes, the shank rubs and the way back is closed.
+           // A sideways move deeper than the flutes: the shank rubs, and the path back is blocked.
            {"T1 M6\nG0 X20 Y20 Z5\nG1 Z-14 F99\nX24\nG0 Z5", ""},
            {"T1 M6\nG0 X20 Y20 Z5\nG1 Z-18 F99\nX24\nG0 Z5", "shank 4\nrapid 5\n"},
-           // A reduced neck follows layer by layer, until the shank arrives.
+           // A tool with a reduced neck cuts layer by layer, until its shank touches the wall.
            {"T2 M6\nG0 X20 Y20 Z5\nG1 Z-4 F99\nX25\nX20\nZ-8\nX25\nX20\nZ-11\nX25\nX20\nG0 Z5", ""},
            {"T2 M6\nG0 X20 Y20 Z5\nG1 Z-4 F99\nX25\nX20\nZ-8\nX25\nX20\nZ-11\nX25\nX20\nZ-14\nX25\n"
             "G0 Z5",
@@ -113,7 +116,7 @@ TEST(Milling, PlantedCollisionsAreFoundAndNoneIsInvented) {
     ASSERT_EQ(milled.error, "") << text;
     EXPECT_EQ(collisions_of(milled), expected) << text;
   }
-  // The holder: a thin wall beside the path.
+  // The holder collides with a thin wall next to the path.
   job.block.max.z() = 45;
   EXPECT_EQ(collisions_of(job.run("T1 M6\nG0 X-20 Y20 Z60\nG0 Z0\nG1 X-8 F99")), "holder 4\n");
 }
@@ -269,7 +272,7 @@ TEST(Milling, SignedDistancesOfABox) {
   SCOPED_TRACE(random.note());
   for (int i = 0; i < 5000; i++) {
     Vec3 p = Vec3(1, 2.5, 2.25) + random.in_box(-6, 6);
-    // On the planes of faces and beside edges and corners, too.
+    // Includes points on the planes of faces, and next to edges and corners.
     for (int k = 0; k < 3; k++)
       if (random.integer(0, 3) == 0) p[k] = random.integer(0, 1) ? lo[k] - 1e-7 : hi[k] + 1e-7;
     ASSERT_NEAR(tree.signed_distance(p), box_distance(p, lo, hi), 1e-5) << p.transpose();
@@ -372,7 +375,7 @@ TEST(Milling, FixturesAreMetByLine) {
                                             box_mesh(Vec3(45, 0, -20), Vec3(60, 5, 2))};
   for (const auto& [text, expected] : {
            std::pair{"T1 M6\nG0 X20 Y20 Z20\nG1 Z-1 F99\nX0\nX20", "fixture 4\nfixture 5\n"},
-           // Down into a clamp. The way up is that of the way down.
+           // Down into a clamp. The move up follows the same path, so it is not reported.
            {"T1 M6\nG0 X20 Y2 Z20\nG0 X52\nZ1\nZ20", "fixture 4\n"},
            {"T1 M6\nG0 X20 Y20 Z20\nG1 Z-1 F99\nX2\nX20\nG0 Z20\nX-10", ""},
        }) {
@@ -382,6 +385,146 @@ TEST(Milling, FixturesAreMetByLine) {
       found += std::string(name_of(c.kind)) + " " + std::to_string(c.line) + "\n";
     EXPECT_EQ(found, expected) << text;
   }
+}
+
+// ---- documents ----
+
+// A table that turns about C and a head that turns about A.
+Machine five_axes() {
+  Machine machine;
+  machine.tables = {{2, Vec3(20, 20, 0)}};
+  machine.heads = {{0, Vec3(0, 0, 60)}};
+  machine.tcp = true;
+  return machine;
+}
+
+// Mills programs into a document. Returns the summary.
+MillSummary keep(Job& job, const std::vector<fs::path>& programs, const fs::path& file) {
+  const auto model = job.stock();
+  MillDocument document({file, {job.options.material}, job.options.threads, {}});
+  job.options.document = &document;
+  Result<MillSummary> summary = run_milling(*model, programs, job.options);
+  job.options.document = nullptr;
+  EXPECT_TRUE(summary) << summary.error();
+  EXPECT_TRUE(document.finish(*model));
+  return summary ? summary.value() : MillSummary{};
+}
+
+// The lines of a step's moves, without those that only place the tool.
+std::vector<int> lines_of(const Document& document, StepId step) {
+  std::vector<int> lines;
+  EXPECT_TRUE(document.for_ticks(step, [&](const std::vector<RecordedTick>& ticks) -> Status {
+    for (const RecordedTick& tick : ticks)
+      if (std::holds_alternative<MoveTick>(tick.what)) lines.push_back(tick.line);
+    return Ok{};
+  }));
+  return lines;
+}
+
+std::string faults_of(const Document& document) {
+  std::string faults;
+  EXPECT_TRUE(document.verify([&](const std::string& fault) { faults += fault + "\n"; }));
+  return faults;
+}
+
+TEST(MillingDocument, HoldsAStepForEachToolAndTheLineOfEveryMove) {
+  const test::Folder folder;
+  const fs::path first = folder.path / "a.nc", second = folder.path / "b.nc",
+                 file = folder.path / "d.kibori";
+  std::ofstream(first)
+      << "T1 M6\nG0 X-9 Y20 Z5\nG1 Z-2 F600\nX20\nT2 M6\nG0 Z9\nX10 Y9\nG1 Z-3\nG2 "
+         "I5\nG0 Z9\n";
+  std::ofstream(second) << "G0 X30 Y30\nG1 Z-1 F99\nG0 Z9\nT2 M6\nG1 Z-1.5\n";
+  Job job;
+  const MillSummary summary = keep(job, {first, second}, file);
+  const auto document = Document::open(file, Document::Access::read);
+  ASSERT_TRUE(document) << document.error();
+  const Document& kept = *document.value();
+  ASSERT_EQ(kept.steps().size(), 5u);  // the stock, T1 and T2 of a.nc, T2 and T2 of b.nc
+  const char* labels[] = {"a.nc: tool 1, flat", "a.nc: tool 2, reduced", "b.nc: tool 2, reduced",
+                          "b.nc: tool 2, reduced"};
+  double removed = 0;
+  for (StepId step = 2; step <= 5; step++) {
+    EXPECT_EQ(kept.steps().at(step).label, labels[step - 2]);
+    EXPECT_EQ(kept.settings(step).value().program, step < 4 ? "a.nc" : "b.nc");
+    removed += kept.steps().at(step).removed_mm3;
+  }
+  EXPECT_NEAR(removed, summary.removed_mm3, 1e-6 * removed);
+  EXPECT_EQ(lines_of(kept, 2), (std::vector{3, 4}));
+  EXPECT_EQ(lines_of(kept, 5), (std::vector{5}));
+  const std::vector<int> arc = lines_of(kept, 3);
+  EXPECT_EQ(std::set<int>(arc.begin(), arc.end()), (std::set{6, 7, 8, 9, 10}));
+  EXPECT_GT(std::count(arc.begin(), arc.end(), 9), 10) << "an arc is many chords";
+  EXPECT_EQ(kept.steps().at(5).hash, summary.state_hash);
+  EXPECT_EQ(faults_of(kept), "");
+}
+
+// Random programs with straight moves, arcs, turns, tool changes and jumps. A replay, which plays
+// the moves one by one, leaves the same bytes as the batches did. So do other numbers of threads.
+TEST(MillingDocument, ReplaysToTheSameBytes) {
+  Random random;
+  SCOPED_TRACE(random.note());
+  for (int round = 0; round < 4; round++) {
+    const bool turns = round % 2 == 1;
+    std::string text = "T1 M6 S1000\nG0 X0 Y0 Z9\n";
+    char line[120];
+    for (int i = 0; i < (turns ? 25 : 120); i++) {
+      const double x = random.uniform(-5, 45), y = random.uniform(-5, 45),
+                   z = random.uniform(-6, 3);
+      std::snprintf(line, sizeof line, "G%d X%.3f Y%.3f Z%.3f", random.integer(0, 4) ? 1 : 0, x, y,
+                    z);
+      text += line;
+      if (turns && random.integer(0, 2) == 0) {
+        std::snprintf(line, sizeof line, " A%.2f C%.2f", random.uniform(-40, 40),
+                      random.uniform(-90, 90));
+        text += line;
+      }
+      text += " F500\n";
+      if (random.integer(0, 9) == 0) text += "G3 I2 J1\n";
+      if (random.integer(0, 14) == 0) text += "T" + std::to_string(random.integer(1, 3)) + " M6\n";
+      if (random.integer(0, 14) == 0) text += "G53 G0 Z0\nG0 X20 Y20 Z8\n";
+    }
+    const test::Folder folder;
+    const fs::path program = folder.path / "p.nc", file = folder.path / "d.kibori";
+    std::ofstream(program) << text;
+    Job job;
+    job.options.threads = random.integer(1, 3);
+    if (turns) job.options.machine = five_axes();
+    const MillSummary summary = keep(job, {program}, file);
+    const auto document = Document::open(file, Document::Access::read);
+    ASSERT_TRUE(document) << document.error();
+    EXPECT_EQ(faults_of(*document.value()), "") << text;
+    const Result<Replay> replay = replay_document(*document.value(), {});
+    ASSERT_TRUE(replay) << replay.error();
+    EXPECT_EQ(replay.value().differs, 0) << text;
+    EXPECT_EQ(replay.value().carving.summary.state_hash, summary.state_hash) << text;
+    EXPECT_EQ(job.run(text).summary.state_hash, summary.state_hash) << "without a document";
+  }
+}
+
+TEST(MillingDocument, HoldsTheMovesBeforeAnError) {
+  const test::Folder folder;
+  const fs::path program = folder.path / "p.nc", file = folder.path / "d.kibori";
+  std::ofstream(program) << "T1 M6\nG0 X-9 Y20 Z-2\nG1 X9 F600\nG41\nG1 X20\n";
+  Job job;
+  const auto model = job.stock();
+  MillDocument document({file, {job.options.material}, 1, {}});
+  job.options.document = &document;
+  const Result<MillSummary> summary = run_milling(*model, {program}, job.options);
+  ASSERT_FALSE(summary);
+  EXPECT_NE(summary.error().find("p.nc:4"), std::string::npos) << summary.error();
+  ASSERT_TRUE(document.finish(*model));
+  const auto kept = Document::open(file, Document::Access::read);
+  ASSERT_TRUE(kept) << kept.error();
+  EXPECT_EQ(lines_of(*kept.value(), 2), (std::vector{3}));
+  EXPECT_EQ(kept.value()->steps().at(2).hash, model->content_hash());
+  EXPECT_EQ(faults_of(*kept.value()), "");
+  // The file of an earlier document stays unchanged.
+  MillDocument second({file, {job.options.material}, 1, {}});
+  job.options.document = &second;
+  const Result<MillSummary> refused = run_milling(*job.stock(), {program}, job.options);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().find("already exists"), std::string::npos) << refused.error();
 }
 
 }  // namespace

@@ -2,9 +2,9 @@
 // Random mixtures of cuts, fills, dabs, warps, clay and the wheel, on difficult bodies: thin
 // sheets, islands smaller than a cell, a body smaller than the tool, brushes half outside the
 // lattice. After every edit the three fields agree at every node, and the surface is a closed
-// two-manifold. Another vector unit and another number of threads leave the same bytes. A document
-// of the strokes goes back and forth to the same hashes, and its replay is equal. Lengths are in
-// cells unless a name says mm.
+// two-manifold. Another vector unit and another number of threads leave the same bytes. Undo and
+// redo in a document of the strokes restore the same hashes, and its replay is equal. Lengths are
+// in cells unless a name says mm.
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -107,8 +107,8 @@ Tool letter_stamp(double pitch, double wide, double deep) {
   return MeshTool{mesh};
 }
 
-// How many modes and shapes a round draws from: the first of each list. A seed draws others from
-// longer lists.
+// A round draws from the first `modes` modes and the first `shapes` shapes. A seed repeats a round
+// only with the same numbers.
 struct Lists {
   size_t modes = test::reshaping_modes().size(), shapes = kToolShapes.size();
 };

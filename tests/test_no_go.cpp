@@ -74,7 +74,7 @@ Tool any_tool(Random& random) { return test::random_tool(random, {0.4, 6, 5, 15}
 TEST(NoGo, RandomStrokesNeverCutIntoIt) {
   Random random;
   SCOPED_TRACE(random.note());
-  // Minutes under a sanitiser, which uses no wide vectors.
+  // Under a sanitiser, which uses no wide vectors, 10000 strokes take minutes.
   const int strokes =
       test::rounds_of("KIBORI_NO_GO_STROKES", std::getenv("KIBORI_SHORT") ? 1500 : 10000);
   Lattice lattice = test::cube(32);
@@ -122,8 +122,8 @@ TEST(NoGo, RandomStrokesNeverCutIntoIt) {
                    kept = no_go->model().snapshot();
     int wrong = 0;
     for (const Axis axis : kAxes)
-      for (int v = 0; v < now.field(axis).nodes_v(); v++)
-        for (int u = 0; u < now.field(axis).nodes_u(); u++) {
+      for (int v = 0; v < now.field(axis).v_end(); v++)
+        for (int u = 0; u < now.field(axis).u_end(); u++) {
           const Intervals stays = both(on_ray(was, axis, u, v), on_ray(kept, axis, u, v));
           Intervals all = on_ray(without, axis, u, v);
           all.insert(all.end(), stays.begin(), stays.end());
@@ -159,8 +159,8 @@ struct Bench {
 };
 Pose upright(const Vec3& tip) { return {tip, Mat3::Identity()}; }
 
-// Down through the wood, into the wall, and back. The spring shows how far the tool is held back,
-// and the force does not jump in any tick.
+// The hand moves down through the wood, into the wall, and back. The spring shows the distance
+// between hand and tool. The force does not jump in any tick.
 TEST(NoGo, PushesBackContinuously) {
   for (const Tool& shape : {Tool(BallTool{4}), Tool(Finger{0.2, 15}), Tool(Flat{3, 15})}) {
     Bench bench(BoxTool{Vec3(60, 60, 30)}, {20, 15, -20});  // up to z = 10
@@ -178,7 +178,7 @@ TEST(NoGo, PushesBackContinuously) {
       largest = std::max(largest, force);
       last = force;
       lowest = std::min(lowest, tool.pose().tip.z());
-      // At the wall. On its way down, the wood also holds it back.
+      // The force of the spring at the wall. On the tool's way down, the wood adds to it.
       EXPECT_GT(force, spring.stiffness_n_mm * (10 - z) - 0.05) << z;
       if (i >= 3000 && z < 9.5) {
         EXPECT_NEAR(force, spring.stiffness_n_mm * (10 - z), 0.05 * spring.stiffness_n_mm);
@@ -186,12 +186,13 @@ TEST(NoGo, PushesBackContinuously) {
     }
     EXPECT_NEAR(lowest, 10, 0.03);
     EXPECT_NEAR(largest, spring.stiffness_n_mm * 4, 0.1);
-    EXPECT_LE(leap, 1.01 * spring.stiffness_n_mm * step);
+    // Where it passes a plane of nodes in the wood, the tool may move twice as far as the hand.
+    EXPECT_LE(leap, 2 * spring.stiffness_n_mm * step);
     EXPECT_EQ(last, 0);
   }
 }
 
-// A hand that pushes sideways slides along the protected region and exposes it.
+// A hand that pushes sideways moves the tool along the protected region and exposes it.
 TEST(NoGo, IsSlidAlong) {
   const double radius = 8;
   const Vec3 centre(20, 15, 10);
@@ -225,8 +226,8 @@ TEST(NoGo, IsSlidAlong) {
     EXPECT_LE(leap, 0.05 * largest);
     EXPECT_LT(model.volume_mm3(), 40 * 30 * 20 - 30);
     const Snapshot now = model.snapshot(), kept = bench.no_go->model().snapshot();
-    for (int v = 0; v < now.field(Axis::z).nodes_v(); v++)
-      for (int u = 0; u < now.field(Axis::z).nodes_u(); u++) {
+    for (int v = 0; v < now.field(Axis::z).v_end(); v++)
+      for (int u = 0; u < now.field(Axis::z).u_end(); u++) {
         const Intervals held = on_ray(kept, Axis::z, u, v);
         ASSERT_EQ(both(on_ray(now, Axis::z, u, v), held), held);
       }
@@ -250,7 +251,7 @@ TEST(NoGo, ProtectedBodiesAreAtTheirPoses) {
   auto kept = no_go_of(bodies, 1).value();
   ASSERT_NE(kept, nullptr);
   EXPECT_NEAR(kept->model().volume_mm3(), ball, 0.01 * ball);
-  // A body does not protect itself, and a moved body is elsewhere.
+  // A body is not protected from its own strokes. If a protected body moves, the region moves.
   EXPECT_EQ(no_go_of(bodies, id).value(), nullptr);
   const BodyMove move{{Vec3(3, 0, 0), rotation(Vec3(0, 0, 0.1))}};
   ASSERT_TRUE(apply(bodies, {{id}, move}).ok());
@@ -261,7 +262,7 @@ TEST(NoGo, ProtectedBodiesAreAtTheirPoses) {
   const Vec3 middle =
       lattice.origin_mm + lattice.pitch_mm * kept->model().material_bounds().centre().units;
   EXPECT_LT(Vec3(middle - centre).norm(), 1);
-  // Nothing changes it.
+  // A protected body cannot be cut, mirrored or separated. It can be subtracted from another body.
   const CutPlane plane{centre, Vec3::UnitX()};
   for (const BodyVerb& verb :
        {BodyVerb(BodyCut{{plane}}), BodyVerb(BodyMirror{plane}), BodyVerb(BodySeparate{})}) {
@@ -318,8 +319,7 @@ TEST(NoGo, AMaskThatIsPainted) {
   ASSERT_TRUE(bench.act({{3}, BodyRemove{}}).ok());
   const Body mask = *bench.bodies().find(2);
   EXPECT_TRUE(mask.no_go);
-  // Half a capsule and another half capsule, which share a quarter of a ball and more: two half
-  // tubes and the volume of their bend, by sampling.
+  // The mask consists of two half capsules that overlap. Its volume is computed by sampling.
   int64_t inside = 0;
   const double step = 0.1;
   for (double x = 5 + step / 2; x < 25; x += step)
@@ -407,7 +407,8 @@ TEST(NoGo, AMaskMovesWithItsBody) {
   TriDexel mirrored(mask().model, mask().material_bounds);
   intersect(mirrored, DexelSolid(own().model, own().material_bounds), {}, changed);
   EXPECT_NEAR(mirrored.volume_mm3(), volume, 0.01 * volume);
-  // A named mask moves alone. A mask that does not follow stays.
+  // An action on the mask alone moves only the mask. If the mask does not follow, it stays when its
+  // body moves.
   act({2}, BodyMove{{Vec3(1, 0, 0), Mat3::Identity()}});
   EXPECT_EQ(own().pose.tip, Vec3(Vec3::Zero()));
   act({1}, BodyMove{{Vec3(0, 4, 0), Mat3::Identity()}});
@@ -429,7 +430,7 @@ TEST(NoGo, AMaskMovesWithItsBody) {
   EXPECT_EQ(bench.bodies().find(4)->pose.tip, Vec3(0, 4, 0));
 }
 
-// A body without nodes cannot be placed elsewhere, and protects nothing there.
+// A protected body without nodes cannot be converted to another lattice, so it protects nothing.
 TEST(NoGo, ACrumbThatHoldsNothingIsNoWall) {
   TriDexel model(make_lattice(Vec3(20, 20, 20), 1, 4).value());
   model.fill_block({Vec3::Zero(), Vec3(20, 20, 20)}, 0);

@@ -45,7 +45,7 @@ TEST(Parallel, ManyCallsTakeNoMoreMemory) {
   const long before = resident();
   call(2000);
   EXPECT_EQ(sum, 3u * 2100);
-  // Pages of 4 kB. An arena for each call took 7 kB per call, 14 MB.
+  // 4 MB in pages of 4 kB. A new arena for each call took 7 kB per call, 14 MB in total.
   EXPECT_LT(resident() - before, 1024);
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// PLY with triangle strips: the same triangles as from a file of faces, in every form; hostile
-// files.
+// PLY files with triangle strips give the same triangles as files of faces, in every encoding. Also
+// hostile files.
 #include <algorithm>
 #include <cstring>
 #include <filesystem>

@@ -72,7 +72,7 @@ TEST(PrintCheck, WhatHangsIsFound) {
   EXPECT_NEAR(of(areas_of(*model, turned), PrintFault::overhang), 0, 1e-9);
 }
 
-// A cone on its point is an overhang from a certain angle on.
+// A cone that stands on its point is an overhang if its angle is large enough.
 TEST(PrintCheck, WhatLeansHangsFromItsAngleOn) {
   for (const double angle : {60.0, 80.0, 100.0, 120.0}) {
     const auto model = room(Vec3(40, 40, 24), 0.2);

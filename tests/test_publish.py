@@ -105,7 +105,7 @@ class Ticks(Folder):
         for row in theirs:
             self.assertEqual(row["lost"], 0)
             mine = ours.get(row["tick"])
-            if mine is None:  # from before this reader connected
+            if mine is None:  # published before the other reader connected
                 self.assertLess(row["tick"], run.rows["tick"][0])
                 continue
             for name in run.rows.dtype.names:
@@ -139,9 +139,9 @@ class Ticks(Folder):
                     threading.Thread(target=read, daemon=True).start()
                     self.assertTrue(begun.wait(20))
                 up = struct.pack("<3d", 0, 0, 1)
-                page.frame(bytes([3]) + struct.pack("<3d", 10, 20, 19) + up + bytes([0]) + struct.pack("<d", 0))
+                page.frame(bytes([3]) + struct.pack("<3d", 10, 20, 19) + up + bytes([0]) + struct.pack("<2d", 0, 1))
                 for i in range(40):
-                    page.frame(bytes([2]) + struct.pack("<3d", 10 + i / 2, 20, 18) + up + struct.pack("<d", 0.02 * i))
+                    page.frame(bytes([2]) + struct.pack("<3d", 10 + i / 2, 20, 18) + up + struct.pack("<2d", 0.02 * i, 1))
                 page.frame(bytes([4]))
                 end = time.time() + 60
                 while time.time() < end:
@@ -219,7 +219,8 @@ class Readers(Folder):
         self.listens()
 
     def test_a_reader_that_pauses(self):
-        """The connection stays, the reader gets the waiting ticks, and it also works within a running event loop."""
+        """A reader that pauses stays connected and then gets the waiting ticks. A reader also works inside a running
+        event loop."""
         with kb.listen(f"127.0.0.1:{self.port}") as ticks:
             next(ticks)
             time.sleep(35)  # longer than kibori waits for an answer
@@ -300,14 +301,14 @@ class Dds(Folder):
         self.assertGreater(run.report["removed_mm3"], 100)
         numbers = lambda topic: np.array([row[2:] for row in received[topic]])
         self.assertEqual({frame for topic in received if topic != "sent" for _, frame, *_ in received[topic]}, {"kibori_world", "kibori_device"})
-        # Poses in: each wanted pose of the tool is one that was sent, relative to the block's middle [m].
+        # Received poses: nearly each pose of the hand is one that the device sent, relative to the block's middle [m].
         middle = np.array([40, 25, 15]) / 1000
         sent = {tuple(np.round(row, 9)) for row in numbers("sent")}
         hand = numbers("rt/kibori/hand_pose")
         hand[:, :3] -= middle
         followed = [tuple(np.round(row, 9)) in sent for row in hand[len(hand) // 2:]]
         self.assertGreater(np.mean(followed), 0.95)
-        # Poses out: the same as over WebSocket, in SI units.
+        # Sent poses and forces: the same as over WebSocket, in SI units.
         for topic, columns in (("rt/kibori/tool_pose", [("tool_pose", 0.001)]), ("rt/kibori/wrench", [("force_N", 1), ("moment_Nmm", 0.001)]),
                                ("rt/kibori/given_wrench", [("given_force_N", 1), ("given_moment_Nmm", 0.001)])):
             theirs = numbers(topic)
@@ -315,7 +316,7 @@ class Dds(Folder):
             ours = np.concatenate([run.rows[name] * (scale if name != "tool_pose" else 1) for name, scale in columns], axis=1)
             if topic.endswith("pose"):
                 ours[:, :3] *= 0.001
-            # The ticks from while both read.
+            # Compares the second half of the messages, when both readers were connected.
             keys = {tuple(np.round(row, 9)) for row in ours}
             self.assertGreater(np.mean([tuple(np.round(row, 9)) in keys for row in theirs[len(theirs) // 2:]]), 0.99, topic)
             stamps = np.array([row[0] for row in received[topic]])
@@ -329,7 +330,7 @@ class Dds(Folder):
         self.assertEqual(given[-1], 0)
 
     def test_nobody_there(self):
-        """Without poses nothing is carved or pushed, and the program says so."""
+        """Without poses the program carves nothing and sends no force. It prints a message about that."""
         done = subprocess.run([KIBORI, "servo", "--device", f"dds:{self.DOMAIN + 1}", "--seconds", "0.5", "--json"], capture_output=True, text=True)
         self.assertEqual(done.returncode, 0, done.stderr)
         report = json.loads(done.stdout)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Devices that play back what was read, and the list of devices.
+// Devices that replay recorded readings, and the list of devices.
 #include <cmath>
 #include <cstdio>
 #include <filesystem>

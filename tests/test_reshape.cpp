@@ -39,8 +39,8 @@ Brush everywhere(double sigma) {
   return {.radius_mm = 1000, .strength = 1, .falloff = Falloff::constant, .sigma_mm = sigma};
 }
 
-// True if an end may be the nearest of a node. `off_by`: tolerance of its normal's components, as a
-// share of the largest.
+// True if an end may be the nearest end of a node. `off_by`: tolerance of the normal's components,
+// as a share of the largest one.
 bool may_be_nearest(const SurfaceEnd& end, const Eigen::Vector3f& node, float off_by) {
   const int along = depth_index(end.axis);
   const Eigen::Vector3f share = end.normal.cwiseAbs() / end.normal.cwiseAbs().maxCoeff();
@@ -113,7 +113,8 @@ TEST(NodeBand, ATurnedBandIsTheSameByOtherNames) {
       if (!box.holds({old, old + 1})) continue;  // a row's last block may extend beyond the box
       const float phi = band.phi()[node],
                   as_turned = turned.phi()[turned.index(at[0], at[1], at[2])];
-      // Another end may be the nearest; the ball is not exactly its tangent planes.
+      // The turned band may use another end of equal distance. Its tangent plane differs from the
+      // first one's, because the surface is curved.
       ASSERT_NEAR(phi, as_turned, 0.15) << random.note();
       // A node exactly on the surface may be inside in one field and outside in another.
       ASSERT_TRUE((phi < 0) == (as_turned < 0) || std::fabs(phi) < 1e-4f) << random.note();
@@ -130,7 +131,7 @@ TEST(NodeBand, RowsRunAlongTheSurface) {
     const Vec3 normal = random.direction(), across = normal.cwiseAbs();
     const AxisTurn turn =
         turn_along_surface(model, LatticePoint{centre + 20 * normal}, random.uniform(4, 12));
-    // Approximately, because only some rays are examined.
+    // The bound is loose, because turn_along_surface() examines only some rays.
     EXPECT_LT(across[depth_index(turn.old(Axis::x))], across.minCoeff() + 0.25) << random.note();
   }
 }
@@ -170,8 +171,8 @@ TEST(Reshape, ADabTurnsWithTheBody) {
       for (const Axis axis : kAxes) {
         const FieldSnapshot& field = model.field(axis).view();
         const FieldSnapshot& as_it_was = models[0]->field(turn.old(axis)).view();
-        for (int v = 0; v < field.nodes_v(); v++)
-          for (int u = 0; u < field.nodes_u(); u++) {
+        for (int v = 0; v < field.v_end(); v++)
+          for (int u = 0; u < field.u_end(); u++) {
             std::vector<std::pair<float, float>> spans, were;
             field.for_spans(u, v, [&](const Span& s) { spans.emplace_back(s.in, s.out); });
             as_it_was.for_spans(u, v, [&](const Span& s) { were.emplace_back(s.in, s.out); });
@@ -211,8 +212,8 @@ TEST(NodeBand, NormalsAreThoseOfTheSpans) {
       EXPECT_EQ(found->second, decode_normal(code, axis, out).cast<float>()) << random.note();
       ends++;
     };
-    for (int v = 0; v < field.nodes_v(); v++)
-      for (int u = 0; u < field.nodes_u(); u++)
+    for (int v = 0; v < field.v_end(); v++)
+      for (int u = 0; u < field.u_end(); u++)
         field.for_spans(u, v, [&](const Span& span) {
           expect(u, v, span.in, span.normal_in, false);
           expect(u, v, span.out, span.normal_out, true);
@@ -221,7 +222,7 @@ TEST(NodeBand, NormalsAreThoseOfTheSpans) {
   EXPECT_EQ(ends, band.ends().size());
 }
 
-// Ends that are left out are not nearest to a wanted node.
+// read_at() skips only ends that are not the nearest end of a wanted node.
 TEST(NodeBand, WantedNodesAreAsIfAllWereRead) {
   Random random;
   TriDexel model(cube(60));
@@ -255,7 +256,7 @@ TEST(NodeBand, WantedNodesAreAsIfAllWereRead) {
   }
 }
 
-// Sides are computed only near the surface. Old memory content is not used as a side.
+// Sides are computed only near the surface. Values in memory from an earlier use are not used.
 TEST(NodeBand, SidesNextToKnownNodesMatchAFullComputation) {
   Random random;
   NodeBand all, some;
@@ -292,7 +293,7 @@ TEST(NodeBand, SidesNextToKnownNodesMatchAFullComputation) {
   EXPECT_GT(compared, 10000u) << random.note();
 }
 
-// Memory of other dabs, of another size, place or model, does not influence a dab.
+// The result of a dab does not depend on the dabs before it, although they share memory.
 TEST(Reshape, DabsAreTheSameInUsedMemory) {
   Random random;
   Reshaper used;
@@ -552,7 +553,7 @@ TEST(Reshape, RipplesFadeByTheirLength) {
     ASSERT_EQ(disagreeing(model), 0);
     Reshaper reshaper;
     ASSERT_TRUE(reshaper.dab(model, FieldVerb::smooth, everywhere(sigma), Vec3(48, 24, 24)).ok());
-    // Fourier over a whole number of waves, far from the ends.
+    // The amplitude is a Fourier coefficient over a whole number of waves, far from the ends.
     double sine = 0;
     int count = 0;
     const FieldSnapshot& z = model.field(Axis::z).view();
@@ -569,8 +570,8 @@ TEST(Reshape, RipplesFadeByTheirLength) {
   }
 }
 
-// Zero of the filtered distance to three orthogonal planes through the origin, on their diagonal.
-// By a sum over a separate grid. Distance from the corner [cells], for sigma 1.
+// Distance [cells] by which a filter with sigma 1 moves the corner of a cube along its diagonal.
+// The oracle filters the cube's distance function by a sum over its own grid.
 double filtered_corner() {
   constexpr double kStep = 0.1, kReach = 4.5;
   const auto filtered = [&](double back) {
@@ -610,7 +611,8 @@ TEST(Reshape, ACubesCornerRoundsAsItMust) {
     model.fill_block({Vec3::Constant(4), corner}, 0);
     Reshaper reshaper;
     ASSERT_TRUE(reshaper.dab(model, FieldVerb::smooth, everywhere(sigma), corner).ok());
-    // The ends are in a body that is convex there. The farthest of all rounds is nearest to it.
+    // The surface is convex there, so no end is beyond its tip. The farthest end of all rounds is
+    // nearest to the tip.
     double farthest = -1e9;
     for_ends(model, [&](const Vec3& at, const Vec3&) {
       if (((at - corner) - (at - corner).dot(diagonal) * diagonal).norm() < 4)
@@ -621,7 +623,7 @@ TEST(Reshape, ACubesCornerRoundsAsItMust) {
   }
   std::printf("a corner goes back by %.3f cells, theory %.3f\n", back, theory);
   EXPECT_NEAR(back, theory, 0.05) << random.note();
-  // A brush with a rim.
+  // A brush that ends within the lattice.
   TriDexel model(cube(48));
   model.fill_block({Vec3::Constant(4), Vec3(32.3, 32.6, 32.1)}, 0);
   TriDexel before(cube(48));
@@ -631,7 +633,7 @@ TEST(Reshape, ACubesCornerRoundsAsItMust) {
   ASSERT_TRUE(
       reshaper.dab(model, FieldVerb::smooth, {.radius_mm = 9, .strength = 1, .sigma_mm = 2}, centre)
           .ok());
-  // Depth and normal of each end, by field and ray.
+  // Field, ray, depth and normal of each end.
   const auto ends_of = [](const TriDexel& of) {
     std::set<std::tuple<int, int, int, float, uint32_t>> all;
     for (const Axis axis : kAxes)
@@ -691,7 +693,7 @@ TEST(Reshape, RaspTakesAndFillGives) {
                        Vec3(26, 24, 24) + 8 * random.direction());
       ASSERT_TRUE(done.ok());
       changed += done.value().added_mm3 + done.value().removed_mm3;
-      // Exceptions are gaps and spans that contain no node: a brush removes them.
+      // The tolerance is for gaps and spans that contain no node, because a brush removes them.
       EXPECT_LT(verb == FieldVerb::rasp ? done.value().added_mm3 : done.value().removed_mm3, 0.02)
           << random.note();
     }
@@ -724,7 +726,7 @@ TEST(Reshape, FlattenMakesAPlane) {
   TriDexel model(cube(48));
   add(model, SweptBall(LatticePoint{Vec3(24, 24, 20)}, LatticeVector(), 16));
   Reshaper reshaper;
-  // A given plane: down to z = 31, at full strength all of it.
+  // Flattens to a given plane at z = 31. At full strength, one dab reaches it.
   const Brush brush{.radius_mm = 9, .strength = 1, .falloff = Falloff::constant};
   ASSERT_TRUE(reshaper
                   .dab(model, FieldVerb::flatten, brush, Vec3(24, 24, 34),
@@ -735,14 +737,14 @@ TEST(Reshape, FlattenMakesAPlane) {
     EXPECT_GT(decode_normal(span.normal_out, Axis::z, true).z(), 0.9999);
   });
   EXPECT_EQ(disagreeing(model), 0);
-  // A fitted plane: it does not tilt.
+  // The plane that is fitted to a flat top is not tilted.
   const auto fitted = reshaper.surface_under(model, {.radius_mm = 4}, Vec3(24, 24, 33));
   ASSERT_TRUE(fitted.has_value());
   EXPECT_GT(fitted->plane.normal.z(), 0.9999);
   EXPECT_NEAR(fitted->plane.point_mm.z(), 33.2, 1e-3);
 }
 
-// Materials and paint follow the surface.
+// Each place keeps its material. Paint follows the moved surface.
 TEST(Reshape, MaterialsStayWhereTheyWere) {
   TriDexel model(cube(48));
   model.fill_block({Vec3(8, 8, 8), Vec3(40, 40, 24)}, 1);

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <kibori/body/pieces.h>
 #include <kibori/motion/direct_tool.h>
 #include <kibori/motion/reshape_stroke.h>
 #include <kibori/reshape/clay.h>
@@ -81,8 +82,8 @@ ReshapeSettings settings_of(Mode mode, double radius, double strength = 1) {
 
 // A warp depends only on its end, not on the ticks or the path. Out and back leaves the same bytes.
 TEST(ReshapeStroke, AWarpDependsOnItsEndAlone) {
-  for (const Mode mode :
-       {Mode::grab, Mode::nudge, Mode::twist, Mode::bend, Mode::pinch, Mode::scale, Mode::node}) {
+  for (const Mode mode : {Mode::grab, Mode::nudge, Mode::twist, Mode::bend, Mode::pinch,
+                          Mode::scale, Mode::node, Mode::grab_connected}) {
     const Vec3 at(32, 32, 40), to = at + Vec3(3, 2, 6);
     uint64_t hash = 0;
     double volume = 0;
@@ -163,8 +164,8 @@ TEST(ReshapeStroke, ClayKeepsItsVolume) {
     }
 }
 
-// A deposit outside the model that was undone leaves no trace: not in the last digit of a force,
-// nor of a position that clay uses.
+// A deposit outside the model is undone. It must not change the last digit of any force, or of any
+// position that clay uses.
 TEST(ReshapeStroke, WhatWasUndoneLeavesNoTrace) {
   Random random;
   for (int trial = 0; trial < 40; trial++) {
@@ -198,9 +199,9 @@ TEST(ReshapeStroke, WhatWasUndoneLeavesNoTrace) {
   }
 }
 
-// With a fine tolerance a collar's height is computed from spans, otherwise from distances at
-// nodes. The added volume is measured by all spans of the model. Slabs extend from border to border
-// of the lattice; where their tops pass nodes, the volume has steps.
+// With a small tolerance, a collar's height is computed from spans, otherwise from distances at
+// nodes. The test measures the added volume by all spans of the model. Slabs extend from border to
+// border of the lattice. Where their tops pass nodes, the volume has steps.
 TEST(ReshapeStroke, ACollarAddsWhatItIsToAdd) {
   Random random;
   Clay clay;
@@ -224,20 +225,21 @@ TEST(ReshapeStroke, ACollarAddsWhatItIsToAdd) {
     ASSERT_TRUE(raised.ok()) << raised.error();
     const double added = model.volume_mm3() - before;
     EXPECT_NEAR(raised.value().added_mm3 - raised.value().removed_mm3, added, 1e-4);
-    // The worst of 5000: a slab's step 0.36, by nodes next to a small ball 0.12, by spans 0.0014.
+    // Maximum errors of 5000 rounds: 0.36 at a slab's step, 0.12 by nodes next to a small ball,
+    // 0.0014 by spans.
     const double largest = slab ? 0.5 : rough ? 0.2 : 0.005;
     EXPECT_NEAR(added, wanted, largest * wanted) << round << random.note();
     if (!rough) continue;
     rough_added += added;
     rough_wanted += wanted;
   }
-  // Nodes give 1.4 % too much next to balls and 0.5 % next to slabs; the rest is chance.
+  // Nodes give 1.4 % too much next to balls and 0.5 % next to slabs. The other errors are random.
   EXPECT_NEAR(rough_added, rough_wanted, 0.04 * rough_wanted) << random.note();
 }
 
-// A thousand presses: the volume stays within 1e-4 of the body's. In one press of a hundred,
-// the fields put a tied end (dexel/volume.h) on different sides of a node. Then the model gains or
-// loses a cell that no field reports.
+// After many presses, the error of the volume is below 1e-4 of the body. In about one press of a
+// hundred, the fields put a tied end (dexel/volume.h) on different sides of a node. Then the model
+// gains or loses a cell that no field reports.
 TEST(ReshapeStroke, ClayKeepsItsVolumeOverManyStrokes) {
   Random random;
   TriDexel model = block(48, {8, 8, 8}, {40, 40, 36});
@@ -279,7 +281,7 @@ TEST(ReshapeStroke, ClayWithoutRoomStaysPending) {
   EXPECT_EQ(disagreeing(model), 0);
 }
 
-// Smoothing a rough body: what it takes from peaks returns, to 1e-3 of the moved volume.
+// Smoothing a rough body: the volume removed from peaks returns, to 1e-3 of the moved volume.
 TEST(ReshapeStroke, ASmoothingStrokeKeepsItsVolume) {
   Random random;
   const int rounds = test::rounds_of("KIBORI_SMOOTHINGS", 5);
@@ -306,10 +308,59 @@ TEST(ReshapeStroke, ASmoothingStrokeKeepsItsVolume) {
     }
     EXPECT_GT(moved, 20);
     stroke(model, s, path, 40);
-    // Plus a cell of one field's ray: the last dab may exceed by that if a span appears or
-    // disappears. The errors of earlier dabs were corrected.
+    // The bound includes one cell of one field, a third of a cell in volume. If a span appears or
+    // disappears, the last dab can have this error. Later dabs correct the errors of earlier ones.
     EXPECT_NEAR(model.volume_mm3(), before, 1e-3 * moved + 1.0 / 3) << round << random.note();
   }
+}
+
+// Where a pen presses less, the ridge of a stroke is narrower or lower. The number of ticks does not
+// matter.
+TEST(ReshapeStroke, ABrushFollowsThePressure) {
+  struct Ridge {
+    double low_width = 0, high_width = 0, low = 0, high = 0;
+  };
+  const auto ridge_of = [](PressureUse use, int ticks) {
+    TriDexel model = block(96, {4, 4, 4}, {92, 92, 40});
+    ReshapeSettings settings = settings_of(Mode::inflate, 12, 0.5);
+    settings.brush.sigma_mm = 2;
+    settings.brush.pressure = use;
+    ReshapeStroke reshape(model);
+    DirectTool tool(model, {Vec3(16, 48, 40), Mat3::Identity()});
+    EXPECT_TRUE(reshape.begin(settings, kMaterials, tool.pose()).ok());
+    for (int i = 1; i <= ticks; i++) {
+      const double share = static_cast<double>(i) / ticks;
+      auto tick = tool.advance(settings.tool, Vec3(16 + 64 * share, 48, 40), Vec3::Zero(),
+                               settings.mode, settings.law, kMaterials);
+      EXPECT_TRUE(tick.ok());
+      tick.value().pressure = 0.25 + 0.75 * share;
+      EXPECT_TRUE(reshape.advance(tick.value()).ok());
+    }
+    const auto height = [&](int x, int y) {
+      double top = 0;
+      model.field(Axis::z).view().for_spans(
+          x, y, [&](const Span& span) { top = static_cast<double>(span.out); });
+      return top - 40;
+    };
+    Ridge ridge{0, 0, height(24, 48), height(70, 48)};
+    for (int y = 4; y < 92; y++) {
+      ridge.low_width += height(24, y) > 0.05 * ridge.low;
+      ridge.high_width += height(70, y) > 0.05 * ridge.high;
+    }
+    return ridge;
+  };
+  const Ridge size = ridge_of(PressureUse::size, 64),
+              strength = ridge_of(PressureUse::strength, 64),
+              none = ridge_of(PressureUse::none, 64), both = ridge_of(PressureUse::both, 64);
+  EXPECT_LT(size.low_width, 0.6 * size.high_width);
+  EXPECT_NEAR(strength.low_width, strength.high_width, 2);
+  EXPECT_LT(strength.low, 0.6 * strength.high);
+  EXPECT_NEAR(none.low, none.high, 0.3);
+  EXPECT_NEAR(none.low_width, none.high_width, 2);
+  EXPECT_LT(both.low_width, 0.6 * both.high_width);
+  const Ridge quick = ridge_of(PressureUse::both, 16);
+  EXPECT_NEAR(quick.high, both.high, 0.05);
+  EXPECT_NEAR(quick.high_width, both.high_width, 1);
 }
 
 TEST(ReshapeStroke, ACreaseSinksALineAndDrawsItTogether) {
@@ -327,8 +378,69 @@ TEST(ReshapeStroke, ACreaseSinksALineAndDrawsItTogether) {
   EXPECT_EQ(test::broken(extract_surface(model.snapshot())), "");
 }
 
-// The last dab is at x = 31. Strength and falloff set the colours, only on the surface; nothing
-// moves.
+// A crease with negative strength makes a ridge of the same height.
+TEST(ReshapeStroke, ANegativeCreaseRaisesALine) {
+  TriDexel model = block(64, {8, 8, 8}, {56, 56, 40});
+  stroke(model, settings_of(Mode::crease, 10, -0.5), {{16, 32, 40}, {48, 32, 40}}, 30);
+  double top = 0, aside = 0;
+  const auto view = model.field(Axis::z).view();
+  view.for_spans(32, 32, [&](const Span& span) { top = span.out; });
+  view.for_spans(32, 45, [&](const Span& span) { aside = span.out; });
+  EXPECT_NEAR(top, 42, 0.6) << "a fifth of the radius";
+  EXPECT_NEAR(aside, 40, 1e-3);
+  EXPECT_EQ(disagreeing(model), 0);
+  EXPECT_EQ(test::broken(extract_surface(model.snapshot())), "");
+}
+
+// Pulls a strand out of a flat top. The oracle follows points of the top. At each dab, a point
+// moves by (1 - r^4)^2 times the tool's step, where r is its distance from the tool.
+TEST(ReshapeStroke, ASnakeHookPullsAStrand) {
+  constexpr double radius = 8, top = 16;
+  const Vec3 start(32, 32, top);
+  const std::vector<Vec3> path{start, start + Vec3(0, 0, 24), start + Vec3(10, 0, 38)};
+  TriDexel model = block(64, {4, 4, 4}, {60, 60, top});
+  stroke(model, settings_of(Mode::snake_hook, radius), path, 40);
+  EXPECT_EQ(disagreeing(model), 0);
+  EXPECT_EQ(test::broken(extract_surface(model.snapshot())), "");
+  EXPECT_EQ(find_pieces(model.snapshot()).all().size(), 1u) << "no crumbs";
+  // The dabs' places.
+  std::vector<Vec3> dabs{start};
+  const double first = (path[1] - path[0]).norm(), all = first + (path[2] - path[1]).norm();
+  for (double s = 2; s <= all; s += 2)
+    dabs.push_back(s <= first ? Vec3(start + s * Vec3::UnitZ())
+                              : Vec3(path[1] + (s - first) * (path[2] - path[1]).normalized()));
+  std::vector<Vec3> surface;
+  for (double r = 0; r <= 12; r += 0.02)
+    for (int side = 0; side < 24; side++) {
+      const double angle = 2 * kPi * side / 24;
+      Vec3 at = start + r * Vec3(std::cos(angle), std::sin(angle), 0);
+      for (size_t i = 1; i < dabs.size(); i++) {
+        const double q = (at - dabs[i - 1]).squaredNorm() / (radius * radius);
+        if (q < 1) at += (1 - q * q) * (1 - q * q) * (dabs[i] - dabs[i - 1]);
+      }
+      surface.push_back(at);
+    }
+  double worst = 0, highest = 0;
+  for (const Vec3& at : surface) highest = std::max(highest, at.z());
+  double reached = 0;
+  for_ends(model, [&](const Vec3& at, const Vec3&) {
+    reached = std::max(reached, at.z());
+    if ((at - start).norm() < 10 || at.z() < top + 0.5) return;
+    double nearest = 64;
+    for (const Vec3& point : surface) nearest = std::min(nearest, (at - point).norm());
+    worst = std::max(worst, nearest);
+  });
+  EXPECT_NEAR(reached, highest, 0.6);
+  EXPECT_LE(worst, 0.8);
+  std::printf("a strand of %.1f cells, off by %.2f\n", reached - top, worst);
+  // Another number of ticks gives the same result.
+  TriDexel again = block(64, {4, 4, 4}, {60, 60, top});
+  stroke(again, settings_of(Mode::snake_hook, radius), path, 7);
+  EXPECT_NEAR(again.volume_mm3(), model.volume_mm3(), 0.5);
+}
+
+// Strength and falloff set the colour of the surface. Nothing moves, and the inside is not painted.
+// The last dab is at x = 31.
 TEST(ReshapeStroke, PaintColoursTheSurface) {
   TriDexel model = block(48, {8, 8, 8}, {40, 40, 30});
   const double volume = model.volume_mm3();
@@ -411,8 +523,9 @@ TEST(ReshapeStroke, ImagesDoTheSame) {
   }
 }
 
-// A circle on a ball at the default: the surface is levelled where the brush is, and no wall rises
-// beside it. The plane under the first dab would fill up to it around the whole circle.
+// A circle on a ball with the default settings. The surface is levelled under the brush, and no
+// wall rises next to it. With FlattenTo::stroke, the brush would fill up to the plane under the
+// first dab, around the whole circle.
 TEST(ReshapeStroke, FlattenFollowsARoundForm) {
   const Vec3 center = Vec3::Constant(32);
   constexpr double radius = 24;
@@ -440,8 +553,9 @@ TEST(ReshapeStroke, FlattenFollowsARoundForm) {
   EXPECT_GT(highest_over_ball(FlattenTo::stroke), 1.5);
 }
 
-// Trim removes what stands above the level, and never adds. Build up never removes, and a second
-// pass adds again. Both on a wavy top, whose plane under a brush is in the middle of the waves.
+// Trim removes material above the plane, and never adds. Build never removes, and a second pass
+// adds again. Both work on a wavy top. The plane under a brush is at the middle height of the
+// waves.
 TEST(ReshapeStroke, TrimOnlyRemovesAndBuildOnlyAdds) {
   const auto waves = [] {
     TriDexel model = block(64, {8, 8, 8}, {56, 56, 40});
@@ -560,8 +674,8 @@ TEST(ReshapeStroke, AThrownPotIsRoundAndKeepsItsVolume) {
   }
 }
 
-// The profile's own volume is kept up to rounding. The rays' volume is kept as well as rays measure
-// a round body.
+// The volume of the profile is kept up to rounding. The volume of the model is less exact, because
+// rays only approximate a round body.
 TEST(Wheel, ManyPassesKeepTheVolume) {
   Random random;
   TriDexel model(cube(48));
@@ -606,8 +720,9 @@ TEST(Wheel, ManyPassesKeepTheVolume) {
   EXPECT_EQ(unlike, 0) << random.note();
 }
 
-// Radii that pass nodes, or by less than rounding. Rays that only touch the body there have no span
-// in one field, and no node in another. Found by random mixtures, seeds 1264179438 and 1264180449.
+// The surface passes through nodes, or misses them by less than rounding. Rays that only touch the
+// body there have no span in one field, and no node in another. Found by random mixtures, seeds
+// 1264179438 and 1264180449.
 TEST(Wheel, RadiiThatPassNodesLeaveTheFieldsAgreeing) {
   for (const double off : {0.0, 1e-16, -1e-16, 1e-12, -1e-12, 1e-8, -1e-8, 9e-7, 1.1e-6, 1e-4})
     for (const double hollow : {0.0, 1.0, 4.0})
@@ -663,15 +778,15 @@ TEST(Wheel, TwoFingersHoldTheWall) {
     const WheelProfile& p = wheel.profile();
     EXPECT_NEAR(p.volume(), volume, 1e-9 * volume);
     EXPECT_NEAR(model.volume_mm3(), volume, 1e-3 * volume);
-    // The ball's widest place moved from 44 to 56 (its tip is its lowest point).
+    // The ball's widest part moved from z = 44 to 56. Its tip is its lowest point.
     for (size_t k = 0; k < p.outer.size(); k++)
       if (p.row_z(k) > 44 && p.row_z(k) < 55) {
         const double wall = std::sqrt(p.outer[k]) - std::sqrt(p.hollow[k]);
-        // A wall that is pressed outwards gets thinner by itself.
+        // A wall that is pressed outwards gets thinner, because its circumference grows.
         EXPECT_NEAR(wall, within ? 5.85 : 6, within ? 0.2 : 0.05) << p.row_z(k);
         EXPECT_NEAR(std::sqrt(within ? p.hollow[k] : p.outer[k]), within ? 18 : 28, 0.05);
       }
-    // The displaced material is above and below.
+    // The displaced material is above and below the path. There the outer radius exceeds 30.
     EXPECT_GT(p.outer[static_cast<size_t>(63.5 - p.first)], 900);
   }
 }

@@ -117,7 +117,7 @@ TEST(Scan, SoupsAgreeWithTheWindingNumber) {
 }
 
 TEST(Scan, LongTrianglesAreCrossedAsRayByRay) {
-  // For a single ray, the search for a row's ends is skipped.
+  // The oracle asks for each ray alone. This skips the search for the first and last ray of a row.
   Random random;
   int crossed = 0;
   for (int round = 0; round < 300; round++) {

@@ -13,6 +13,7 @@
 #include <kibori/report/force_report.h>
 #include <kibori/edit/edit.h>
 #include <kibori/formats/mesh_file.h>
+#include <kibori/formats/png_file.h>
 #include <kibori/formats/stl.h>
 #include <kibori/measure/mass.h>
 #include <kibori/reshape/reshaper.h>
@@ -281,7 +282,7 @@ tool = { ks = 2 }
   const Scene& s = scene.value();
   ASSERT_EQ(s.moves.size(), 5u);
   EXPECT_EQ(s.moves[2].speed_mm_s, 40);
-  // (30, 0, -2)| / 40 s, rounded up.
+  // The distance |(30, 0, -2)| mm at 40 mm/s, rounded up to ticks of 1 ms.
   EXPECT_EQ(plan_move(s, s.moves[0], s.moves[1]).value().ticks, 752);
   EXPECT_EQ(plan_move(s, s.moves[1], s.moves[2]).value().ticks, 500);
   EXPECT_EQ(plan_move(s, s.moves[2], s.moves[3]).value().ticks, 1000);
@@ -313,8 +314,8 @@ axis = [0, 0, 1e-200]
   EXPECT_EQ(s.moves[3].axis, Vec3(0, 0, 1));
 }
 
-// Paths that are not straight: through their points, around a centre. A tool that leads goes in,
-// along, and out. The next move begins where the tool is then.
+// Curved paths: through their points, or around a centre. A tool with `lead` enters, follows the
+// path, and leaves the wood. The next move begins at its last position.
 TEST(Scene, MovesFollowCurvesAndArcs) {
   const std::string begin = R"([stock]
 block = [60, 60, 10]
@@ -379,7 +380,7 @@ speed = 50
     led += pose.frame.col(0).dot(tangent) > 0.995;
   }
   EXPECT_NEAR(deepest, 8, 1e-6);
-  // The last move was led, too.
+  // The last move also uses `lead`.
   EXPECT_GT(led, poses.size() * 8 / 10);
   EXPECT_LT((poses.back().tip - Vec3(14, 30, 12)).norm(), 1e-9);
   carved("lead = { lift = 3 }\n");
@@ -387,7 +388,8 @@ speed = 50
   EXPECT_LT((poses.back().tip - Vec3(10, 30, 12)).norm(), 1e-9);
 }
 
-// Dentine within enamel: each has its volume and its own force, and a document keeps them.
+// Layers of enamel, dentine and pulp. Each has the right volume and its own force. A replayed
+// document gives the same forces.
 TEST(Scene, LayersAreOfTheirMaterial) {
   const std::string text = R"([stock]
 block = [24, 16, 14]
@@ -444,7 +446,8 @@ speed = 100
   options.document = folder.value()->path() / "tooth.kibori";
   const auto carving = carve(scene.value(), options);
   ASSERT_TRUE(carving.ok()) << carving.error();
-  // 2 mm broad and 8 high: first all enamel, then in the middle enamel over dentine around pulp.
+  // The cut is 2 mm wide and 8 mm high. At first it is all in enamel. In the middle it passes
+  // through enamel, dentine and pulp.
   double outside = 0, inside = 1e9;
   for (const TraceRow& row : carving.value().trace) {
     const double x = row.result.pose.tip.x(), force = row.result.wrench.force.norm();
@@ -516,12 +519,49 @@ brush = { strength = -0.5 }
   ASSERT_TRUE(reshaper.dab(*model, FieldVerb::inflate, brush, Vec3(10, 2.6, 10)).ok());
   carving = carve(scene.value(), {});
   ASSERT_TRUE(carving) << carving.error();
-  // The dabs' places are rounded differently than by hand.
+  // The scene rounds the places of the dabs differently from the calls above.
   EXPECT_NEAR(carving.value().summary.volume_mm3, model->volume_mm3(), 1e-3);
 }
 
-// Moves of one warp are one stroke from where its mode begins. The default strength is 1, and a
-// replayed document has the same bytes. Clay is pressed by default.
+// A brush presses a user's own picture in. A move without a brush keeps it.
+TEST(Scene, ATextureIsAFile) {
+  const test::Folder folder;
+  std::vector<uint8_t> pixels(64, 0);
+  for (size_t i = 0; i < 64; i += 2) pixels[i] = 255;
+  ASSERT_TRUE(write_png_grey8(folder / "stripes.png", 8, 8, pixels).ok());
+  const auto read = [&](const std::string& brush, const std::optional<std::filesystem::path>& in) {
+    return parse_scene(
+        "[stock]\nblock = [20, 12, 10]\npitch = 0.5\n[tool]\nshape = \"ball\"\n"
+        "radius = 1\n[[move]]\nto = [4, 6, 10]\nmode = \"off\"\n[[move]]\n"
+        "to = [16, 6, 10]\nspeed = 100\nmode = \"inflate\"\nbrush = { radius = 4, " +
+            brush + " }\n[[move]]\nto = [16, 8, 10]\n",
+        "scene.toml", in);
+  };
+  const auto scene = read("texture = \"stripes.png\"", folder.path);
+  ASSERT_TRUE(scene) << scene.error();
+  EXPECT_EQ(scene.value().moves.back().brush.alpha, Alpha::picture);
+  ASSERT_TRUE(scene.value().moves.back().brush.picture);
+  const auto striped = carve(scene.value(), {}),
+             plain = carve(read("strength = 1", folder.path).value(), {});
+  ASSERT_TRUE(striped) << striped.error();
+  EXPECT_NE(striped.value().summary.state_hash, plain.value().summary.state_hash);
+  const std::pair<const char*, const char*> bad[] = {
+      {"texture = \"none.png\"", "none.png"},
+      {"texture = 3", "texture"},
+      {"texture = \"stripes.png\", alpha = \"fur\"", "both texture"},
+      {"alpha = \"picture\"", "needs a picture"}};
+  for (const auto& [brush, expected] : bad) {
+    const auto failed = read(brush, folder.path);
+    ASSERT_FALSE(failed) << brush;
+    EXPECT_NE(failed.error().find(expected), std::string::npos) << failed.error();
+  }
+  const auto page = read("texture = \"stripes.png\"", std::nullopt);
+  ASSERT_FALSE(page);
+  EXPECT_NE(page.error().find("must not use files"), std::string::npos) << page.error();
+}
+
+// Consecutive moves with the same warp are one stroke, which begins where the mode begins. The
+// default strength is 1, and a replayed document has the same bytes. Clay is pressed by default.
 TEST(Scene, WarpsClayAndSymmetry) {
   const std::string stock = R"([stock]
 block = [20, 12, 10]
@@ -617,7 +657,42 @@ TEST(Scene, SummaryAddsUp) {
   }
 }
 
-// A plane is moved through a block: its force times its path is the work of the exposed face.
+// Model `energy`: the work of the tools is u times the volume that they removed, less the volume
+// without a force. A stroke that ends in air has none.
+TEST(Scene, ReportsTheVolumeThatCausesNoForce) {
+  const std::string begin = R"([stock]
+block = [20, 12, 10]
+pitch = 0.5
+[tool]
+shape = "ball"
+radius = 2
+[force]
+model = "energy"
+u = 3
+[[move]]
+to = [-5, 6, 8]
+[[move]]
+speed = 20
+)";
+  const std::string inside = "to = [12, 6, 7]\n", leaving = "to = [26, 6, 7]\n";
+  for (const std::string& more : {inside, inside + "[[move]]\nto = [4, 5, 6]\n", leaving}) {
+    const auto scene = parse_scene(begin + more, "scene.toml", ".");
+    ASSERT_TRUE(scene) << scene.error();
+    const auto carving = carve(scene.value(), {});
+    ASSERT_TRUE(carving) << carving.error();
+    const CarveSummary& s = carving.value().summary;
+    double work = 0;
+    for (const TraceRow& row : carving.value().trace)
+      work -= row.result.wrench.force.dot(row.result.motion.travel);
+    EXPECT_NEAR(work, 3 * (s.removed_mm3 - s.without_force_mm3), 1e-6 * work) << more;
+    const bool leaves = more == leaving;
+    EXPECT_EQ(s.without_force_mm3 > 1e-6, !leaves) << s.without_force_mm3 << " " << more;
+    EXPECT_EQ(summary_text(s).find("no force") != std::string::npos, !leaves);
+    EXPECT_EQ(summary_json(s).find("without_force_mm3") != std::string::npos, !leaves);
+  }
+}
+
+// A plane moves through a block. Its force times its path is the work for the exposed face.
 TEST(Scene, ACuttersForceFollowsTheExposedFace) {
   for (const double kerf : {0.0, 1.0}) {
     std::string text =
@@ -725,7 +800,7 @@ TEST(Scene, ASpikeDoesNotFlattenThePlot) {
     EXPECT_EQ(count(text, ">Force [N]<"), 2u);
     EXPECT_EQ(count(text, ">Moment [N mm]<"), 2u);
     EXPECT_EQ(count(text, ">Time [s]<"), 1u);
-    EXPECT_NE(text.find("Energy: what the cut costs"), std::string::npos);
+    EXPECT_NE(text.find("Energy: the force of the cut"), std::string::npos);
     EXPECT_NE(text.find("a &lt; b &amp; c"), std::string::npos);
   }
 }
@@ -741,7 +816,8 @@ TEST(Scene, StocksHaveTheirVolume) {
   }
 }
 
-TEST(Scene, DepositBeyondTheRoomWarns) {
+// A deposit beyond the room of the stock is complete, because the lattice grows.
+TEST(Scene, ADepositFindsRoom) {
   const auto scene =
       parse_scene(replaced("speed = 40", "speed = 40\nmode = \"deposit\""), "scene.toml", ".");
   ASSERT_TRUE(scene) << scene.error();
@@ -750,8 +826,8 @@ TEST(Scene, DepositBeyondTheRoomWarns) {
   options.warning = [&](const std::string& text) { warnings.push_back(text); };
   const auto carving = carve(scene.value(), options);
   ASSERT_TRUE(carving) << carving.error();
-  ASSERT_EQ(warnings.size(), 1u);
-  EXPECT_NE(warnings[0].find("room_mm"), std::string::npos);
+  EXPECT_EQ(warnings.size(), 0u);
+  EXPECT_TRUE(carving.value().model->lattice().grown());
   EXPECT_GT(carving.value().summary.deposited_mm3, 0);
   EXPECT_NEAR(carving.value().summary.volume_mm3, 2400 + carving.value().summary.deposited_mm3,
               1e-2);

@@ -34,7 +34,7 @@
 
 namespace {
 
-// Of one thread; the others are not restricted.
+// Counters of one thread. Other threads are not restricted.
 thread_local bool counting = false;
 thread_local long allocations = 0, locks = 0;
 
@@ -78,7 +78,7 @@ int posix_memalign(void** out, size_t align, size_t size) {
 }
 }
 
-// std::mutex reaches the C library through this symbol.
+// std::mutex::lock() calls this function of the C library.
 extern "C" int pthread_mutex_lock(pthread_mutex_t* mutex) noexcept {
   static const auto real =
       reinterpret_cast<int (*)(pthread_mutex_t*)>(dlsym(RTLD_NEXT, "pthread_mutex_lock"));
@@ -90,7 +90,8 @@ namespace {
 
 using namespace kibori;
 
-// Runs `work` after a rehearsal. Returns true if it made no system requests.
+// Runs `work` after a rehearsal. Returns true if it made no allocation, took no lock and had no
+// page fault.
 template <class F>
 bool quiet(const char* what, long rehearsal, long many, F&& work) {
   work(rehearsal);
@@ -162,7 +163,7 @@ bool ticks(long many) {
   VirtualDeviceSettings device;
   device.capabilities.dof_in = device.capabilities.dof_out = 6;
   device.capabilities.torque_nmm = 100;
-  // Back and forth over the top, sometimes above it, turning a little.
+  // The hand moves back and forth over the top, sometimes above it, and turns a little.
   const auto script = [](double t) -> VirtualDevice::Target {
     return {Vec3(24 * std::sin(2.1 * t), 18 * std::sin(1.3 * t),
                  22 - 4.5 * std::sin(0.7 * t) * std::sin(0.7 * t)),
@@ -175,7 +176,7 @@ bool ticks(long many) {
   settings.spring = {0.3, 200, 0.2, 0.001};
   settings.workspace = Workspace(Vec3(32, 24, 20));
   settings.log = true;
-  // The second hand, elsewhere, adds what the first then cuts.
+  // The second hand adds material that the first hand cuts later.
   settings.second = settings;
   settings.second.tool = Flat{2, 8};
   settings.second.mode = Mode::deposit;
@@ -276,9 +277,9 @@ class OtherThreads {
   static inline std::atomic<int> stopped_{0};
 };
 
-// Strokes of all reshaping modes: computed in parallel and committed between two ticks. Now and
-// then all other threads are stopped at a random point, and the ticks continue. So no tick waits
-// for a dab or for anything else. The given force does not jump at a commit.
+// Strokes of all reshaping modes, which are computed in parallel and committed between two ticks.
+// Sometimes all other threads are stopped at a random point, and the ticks continue. This shows
+// that no tick waits for another thread. The force on the hand does not jump at a commit.
 bool dabs(long many) {
   constexpr double kForce = 8, kMaxJump = 0.05 * kForce;
   constexpr long kStage = 1000, kStill = 100;
@@ -400,10 +401,11 @@ bool dabs(long many) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // "edits", "ticks", "dabs" or all, and the number of them.
+  // The first argument is "edits", "ticks", "dabs" or "all". The second one is their number.
   const std::string what = argc > 1 ? argv[1] : "all";
   const long many = argc > 2 ? std::atol(argv[2]) : 1'000'000;
-  // As the servo does. If not permitted, touching the pools suffices.
+  // The servo also locks its memory. If this is not permitted, the pools are in memory anyway,
+  // because they have been written.
   mlockall(MCL_CURRENT | MCL_FUTURE);
   bool good = true;
   if (what == "all" || what == "edits") good &= edits(many);

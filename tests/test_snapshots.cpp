@@ -17,7 +17,7 @@ TEST(Snapshots, ReadersSeeOneMomentWhileTheWriterCarves) {
   TriDexel model(make_lattice(Vec3(40, 40, 20), 0.5, 2).value());
   model.fill_block({Vec3::Zero(), Vec3(40, 40, 20)}, 0);
   const std::vector<Material> materials{Material{}};
-  std::mutex lock;  // of the hand-over only
+  std::mutex lock;  // protects only `shared` and `shared_hash`
   Snapshot shared = model.snapshot();
   uint64_t shared_hash = model.content_hash();
   std::atomic<bool> done{false};

@@ -76,7 +76,7 @@ class RandomIntervals final : public Solid {
         out.hi[slot] = static_cast<float>(list[static_cast<size_t>(layer)].second) / kPerCell;
         out.rows |= static_cast<uint16_t>(1u << row);
       }
-    // Every third row fills in its normals at once.
+    // Every third row has its normals at once. Those of the other rows are requested later.
     for (int row = 0; row < kTileSide; row += 3) {
       if (!((out.rows >> row) & 1)) continue;
       out.normals_ready |= static_cast<uint16_t>(1u << row);
@@ -93,7 +93,7 @@ class RandomIntervals final : public Solid {
   }
 
  private:
-  // A code that contains the end's position: the depth itself, reversed for cuts.
+  // Encodes the end's depth in place of a normal, so that the test recognises it. Cuts reverse it.
   static void set_normal(int slot, SpanLayer& layer) {
     const auto code = [&](float depth) {
       const auto q =
@@ -111,8 +111,8 @@ class RandomIntervals final : public Solid {
 
 // Every span is within its plane's bounds, and tight bounds are reached.
 void check_plane_bounds(const FieldSnapshot& field) {
-  for (int tv = 0; tv < field.tiles_v(); tv++)
-    for (int tu = 0; tu < field.tiles_u(); tu++)
+  for (int tv = 0; tv < field.tv_end(); tv++)
+    for (int tu = 0; tu < field.tu_end(); tu++)
       for (const Plane* p = &field.tile(tu, tv).first; p; p = p->next) {
         float near = kFar, far = -kFar;
         for (int slot = 0; slot < kTileRays; slot++) {
@@ -197,7 +197,7 @@ void run(const Index3& nodes, int rounds, Random& random, long& operations) {
               expected[static_cast<size_t>(step == kDeposit ? material : cells[c] - 1)]++;
             cells[c] = now;
           }
-          // The spans, cell by cell.
+          // Compares the model's spans with the bitmap, cell by cell.
           std::vector<uint8_t> drawn(static_cast<size_t>(count), 0);
           float last = -1;
           int last_material = -1;
@@ -244,7 +244,7 @@ TEST(Spans, AgreeWithABitmapInBoxesOfEveryShape) {
   const Index3 shapes[] = {{1, 1, 1},    {1, 7, 40},  {40, 1, 7},  {7, 40, 1},
                            {33, 17, 5},  {5, 33, 17}, {17, 5, 33}, {16, 16, 16},
                            {18, 31, 16}, {1, 1, 50},  {50, 1, 1},  {1, 50, 1}};
-  // KIBORI_SHORT: under a sanitiser, which is twenty times as slow.
+  // KIBORI_SHORT is for sanitisers, which are twenty times as slow.
   const long wanted = std::getenv("KIBORI_SHORT") ? 400'000 : 10'000'000;
   while (operations < wanted)
     for (const Index3& shape : shapes) {
@@ -297,8 +297,8 @@ TEST(Spans, HowAModelIsStoredDoesNotMatter) {
     for (int part = 0; part < 4; part++) {
       TriDexel fresh(lattice);
       for (const Axis axis : kAxes)
-        for (int tv = 0; tv < old.field(axis).tiles_v(); tv++)
-          for (int tu = 0; tu < old.field(axis).tiles_u(); tu++)
+        for (int tv = 0; tv < old.field(axis).tv_end(); tv++)
+          for (int tu = 0; tu < old.field(axis).tu_end(); tu++)
             if (const Tile& tile = old.field(axis).tile(tu, tv); !tile.empty) {
               ASSERT_TRUE(decode_tile(encode_tile(tile), fresh.field(axis), tu, tv).ok());
             }

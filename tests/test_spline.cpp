@@ -136,10 +136,10 @@ std::array<std::vector<uint8_t>, 3> nodes_of(const TriDexel& model) {
     std::vector<uint8_t>& in = nodes[static_cast<size_t>(axis)];
     in.assign(static_cast<size_t>(n.prod()), 0);
     const FieldSnapshot& field = model.field(axis).view();
-    for (int v = 0; v < field.nodes_v(); v++)
-      for (int u = 0; u < field.nodes_u(); u++)
+    for (int v = 0; v < field.v_end(); v++)
+      for (int u = 0; u < field.u_end(); u++)
         field.for_spans(u, v, [&](const Span& span) {
-          for (int k = 0; k < field.nodes_depth(); k++) {
+          for (int k = 0; k < field.depth_end(); k++) {
             const float depth = static_cast<float>(k) + 0.5f;
             if (depth < span.in || depth >= span.out) continue;
             Index3 at;
@@ -150,7 +150,7 @@ std::array<std::vector<uint8_t>, 3> nodes_of(const TriDexel& model) {
   }
   return nodes;
 }
-// Nodes at which the fields differ, even by rounding.
+// Number of nodes at which the fields differ, even if only by rounding.
 int differing(const TriDexel& model) {
   const auto nodes = nodes_of(model);
   int wrong = 0;
@@ -158,7 +158,8 @@ int differing(const TriDexel& model) {
     wrong += nodes[0][i] != nodes[2][i] || nodes[1][i] != nodes[2][i];
   return wrong;
 }
-// Nodes that are inside where `depth` [cells below the surface] is not, by more than `slack`.
+// Number of nodes on the wrong side of the surface, by more than `slack`. `depth` is the true depth
+// below the surface [cells].
 int misplaced(const TriDexel& model, double slack,
               const std::function<double(const Vec3&)>& depth) {
   const auto nodes = nodes_of(model);
@@ -366,7 +367,7 @@ TEST(SplineShape, VolumesAreTheClosedForms) {
     EXPECT_NEAR(volume_of(mesh), 2 * kPi * moment, 3e-4 * 2 * kPi * moment);
     EXPECT_NEAR(twice / 2, area, 1e-9);
   }
-  {  // a ring is as long as its curve, for any bends
+  {  // the volume of a ring is its section times its curve's length, for any bends
     const SplineMesh mesh = mesh_of(sweep_of(profile, 1.5), 3e-4);
     EXPECT_EQ(open_edges(mesh.mesh), "");
     const std::vector<Vec3> line = dense(profile);
@@ -385,7 +386,7 @@ TEST(SplineShape, VolumesAreTheClosedForms) {
     const double want = kPi * 4 * length + 4 / 3.0 * kPi * 8;
     EXPECT_NEAR(volume_of(mesh), want, 2e-4 * want);
   }
-  {  // a cylinder and a cone, by their feet on the axis
+  {  // turned lines make a cylinder and a cone
     const SplineMesh cylinder =
         mesh_of(turned({{{4, 0, 0}, {4, 0, 9}}, false, true}, {0, 0, 0}, {0, 0, 1}), 1e-4);
     EXPECT_EQ(open_edges(cylinder.mesh), "");
@@ -433,7 +434,7 @@ TEST(SplineShape, MeshesAreWithinTheirTolerance) {
 }
 
 TEST(SplineShape, ATurnedCurveNeedNotBePlanar) {
-  // It passes the axis at a distance of 3 mm.
+  // The curve passes the axis at a distance of 3 mm.
   const SplineCurve curve{{{20, 3, 0}, {8, 3, 6}, {-8, 3, 10}, {-16, 3, 18}}, false, true};
   std::vector<Vec3> line{{0, 0, 0}};
   for (const Vec3& p : dense(curve, 100)) line.push_back({std::hypot(p.x(), p.y()), 0, p.z()});
@@ -485,7 +486,7 @@ TEST(SplineShape, BadShapesAreASentence) {
       error(sweep_of(still, 1)),
       "the curve of a sweep does not advance at one place, for example because points coincide");
   EXPECT_EQ(error(sweep_of({{{0, 0, 0}, {1e9, 0, 0}}, false, true}, 1e9)),
-            "the spline's shape is too large for this pitch; use a coarser one");
+            "the spline's shape is too large for this pitch; use a larger pitch");
 }
 
 // ---- models ----
@@ -509,7 +510,7 @@ std::vector<Case> cases() {
                      return std::min({in, p.z() - 12.3, 42.7 - p.z()});
                    }});
   }
-  {  // open, closed by its chord; oblique
+  {  // an open curve, which its chord closes; oblique
     const SplineCurve open{{{10, 14, 20}, {30, 8, 20}, {50, 20, 20}, {40, 44, 20}}, false, true};
     const std::vector<Vec3> polygon = dense(open, 50);
     all.push_back(
@@ -586,8 +587,8 @@ TEST(SplineModel, NodesMatchDenseSampling) {
     EXPECT_EQ(test::broken(extract_surface(model.snapshot())), "") << c.name;
     EXPECT_NEAR(added.volume(), model.volume_mm3(), 1) << c.name;
     EXPECT_FALSE(added.clipped) << c.name;
-    // Parts that are covered twice count once in the model. Caps between nodes are a layer too many
-    // or too few in two fields of three.
+    // Excludes "loop", whose mesh counts parts that are covered twice. If a cap is between nodes,
+    // two of the three fields have one layer of rays too many or too few.
     if (std::string(c.name) != "loop") {
       EXPECT_NEAR(model.volume_mm3(), volume_of(mesh_of(c.shape)), 0.02 * model.volume_mm3())
           << c.name;
@@ -702,7 +703,8 @@ TEST(SplineModel, SameOnAnyNumberOfThreads) {
     }
 }
 
-// For every compiler, level of optimisation, and vector unit: points without a C library in them.
+// The same for every compiler, optimisation level and vector unit. The points are computed without
+// the C library.
 TEST(SplineModel, GoldenHash) {
   TriDexel model(cube(64));
   model.fill_block({{5, 6, 9}, {50, 41, 37}}, 0);
@@ -773,7 +775,7 @@ TEST(SplineModel, WhatIsNotReachedStays) {
   EXPECT_TRUE(apply(model, away).clipped);
   EXPECT_TRUE(apply(model, away, SplineOperation::cut).clipped);
   EXPECT_EQ(changed(model, before), 0);
-  // A change stays where the shape is.
+  // Only tiles near the shape change.
   apply(model, sweep_of(line, 4), SplineOperation::cut);
   EXPECT_GT(changed(model, before), 0);
   for (const Axis axis : kAxes)
@@ -804,7 +806,7 @@ TEST(SplineModel, WhatLeavesTheLatticeIsClipped) {
 }
 
 TEST(SplineModel, NormalsAreTheShapes) {
-  // On a sweep they point away from the curve, wherever the facets point.
+  // The normals on a sweep point away from its curve, although those of its facets do not.
   const Case ring = cases()[3];
   const std::vector<Vec3> line = dense(ring.shape.curve, 200);
   for (const bool cutting : {false, true}) {
@@ -835,7 +837,8 @@ TEST(SplineForce, OfAStraightSweepIsTheClosedForm) {
   const double r = 3, length = 20;
   const SplineMesh mesh = mesh_of(sweep_of({{{0, 0, 0}, {length, 0, 0}}, false, true}, r), 1e-4);
   const Vec3 across(0, 0.3, 0.4), along(0.5, 0, 0), none = Vec3::Zero();
-  // The tube counts half, because B is linear; the half ball at the point's end counts fully.
+  // The weight falls linearly from 1 to 0 along the rod. So the tube counts half. The half ball at
+  // the point's end counts fully.
   const double want = 0.5 * (2 * r * length + kPi * r * r);
   EXPECT_NEAR(spline_volume_changes(mesh, {across, none})[0].moved_mm3, want, 1e-3 * want);
   EXPECT_NEAR(spline_volume_changes(mesh, {none, across})[1].moved_mm3, want, 1e-3 * want);

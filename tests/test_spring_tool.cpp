@@ -52,8 +52,8 @@ TEST(Rotation, BetweenFrames) {
   }
 }
 
-// A hand of limited strength jumps far from the tool, as after a wall releases it. The tool arrives
-// within the number of ticks that its look-ahead needs, although the hand rests.
+// The hand has limited strength and jumps far from the tool, as when a wall releases the tool. Then
+// it rests. The tool reaches it within the number of ticks that its look-ahead needs.
 TEST(SpringTool, FarBehindItArrives) {
   TriDexel model = block(0.25);
   const std::vector<Material> materials{wood()};
@@ -77,7 +77,8 @@ TEST(SpringTool, FarBehindItArrives) {
       EXPECT_LT(ticks, 400) << shape_of(hand_tool) << " leaning by " << lean;
     }
   EXPECT_EQ(model.volume_mm3(), 40 * 30 * 20);
-  // Through the wood it leaves the groove of a single pass, at a depth where nothing holds it back.
+  // In wood, the same jump leaves the groove of a single pass. The depth is small enough for the
+  // strength of the hand.
   SpringTool tool(model, upright({-6, 15, 19}), spring);
   ASSERT_TRUE(tool.advance(BallTool{4}, upright({-6, 15, 19}), Mode::cut, materials).ok());
   double removed = 0;
@@ -88,7 +89,7 @@ TEST(SpringTool, FarBehindItArrives) {
   }
   const double segment = 16 * std::acos(0.75) - 3 * std::sqrt(7.0);
   EXPECT_NEAR(removed, 40 * segment, 0.02 * 40 * segment);  // some 60 rays measure its area
-  // Except for the cut's own resistance, which held it back in the last tick: 10 N of 800 N/mm.
+  // In the last tick, the cut's resistance of at most 10 N stretches the spring of 800 N/mm.
   EXPECT_LT((tool.pose().tip - Vec3(46, 15, 19)).norm(), 10.0 / 800);
 }
 
@@ -330,9 +331,9 @@ TEST(SpringTool, ATorsionalSpringHoldsTheTurnBack) {
   EXPECT_EQ(model.volume_mm3(), 40 * 30 * 20);
 }
 
-// Down through touch and yield into the wood, and out again, at 5 mm/s. From tick to tick the force
-// changes at most by what the hand stretches or releases the spring. Where a flat tool meets the
-// next layer of rays, half a percent is added. The tool never runs ahead of the hand.
+// The tool moves down at 5 mm/s until it touches, yields and cuts, and then moves out again. In one
+// tick, the force changes at most by the stiffness times the displacement of the hand. Where a flat
+// tool meets the next layer of rays, it may change by half a percent of the maximum force.
 TEST(SpringTool, TouchYieldAndReleaseAreContinuous) {
   for (const Tool& shape : {Tool(BallTool{4}), Tool(Finger{0.2, 15}), Tool(Flat{3, 15})}) {
     TriDexel model = block(0.25);
@@ -393,7 +394,37 @@ TEST(SpringTool, ThinCutsResistByTheirSection) {
       for (const bool by_chip : {false, true}) check(depth, at, by_chip);
 }
 
-// The sole lies on a plane of nodes, and on borders of cells.
+// A ball that turns about its own axis has the same body. So it meets the same resistance and cuts
+// the same groove as one that does not turn. A trial of a turning tool consists of substeps, and
+// what two of them reach counts once.
+TEST(SpringTool, ATurnAboutItsAxisDoesNotChangeTheResistance) {
+  std::array<double, 2> force{}, depth{};
+  for (const bool turns : {false, true}) {
+    TriDexel model = block(0.25);
+    SeriesSpring spring{20, 0, 0.2, 0.001};
+    SpringTool tool(model, upright({-6, 15, 17}), spring);
+    Material hard = wood();
+    hard.u = 2;
+    int count = 0;
+    for (int i = 0; i < 900; i++) {
+      const Pose hand{Vec3(-6 + 0.05 * i, 15, 17), rotation(Vec3(0, 0, turns ? 0.02 * i : 0))};
+      const auto result = tool.advance(BallTool{4}, hand, Mode::cut, {hard});
+      ASSERT_TRUE(result.ok());
+      const double at = result.value().pose.tip.x();
+      if (at < 8 || at > 30) continue;
+      force[turns] += result.value().wrench.force.norm();
+      depth[turns] += 20 - result.value().pose.tip.z();
+      count++;
+    }
+    force[turns] /= count;
+    depth[turns] /= count;
+  }
+  EXPECT_GT(force[0], 10);
+  EXPECT_NEAR(force[1], force[0], 0.02 * force[0]);
+  EXPECT_NEAR(depth[1], depth[0], 0.02);
+}
+
+// The lower face of the tool is on a plane of nodes, on a boundary of cells, or between them.
 TEST(SpringTool, CutsAtWholePositionsResistByTheirSection) {
   for (const double depth : {0.05, 0.09, 0.10, 0.15, 0.20, 0.25, 0.30, 0.50}) {
     TriDexel model(make_lattice(Vec3(40, 20, 6), 0.2, 2).value());
@@ -417,7 +448,8 @@ TEST(SpringTool, CutsAtWholePositionsResistByTheirSection) {
   }
 }
 
-// A recording holds the tool's path: in 1, 10 or 1000 ticks it leaves the same volume.
+// A recording holds the tool's path. Replayed in 1, 10 or 1000 ticks, the path leaves the same
+// volume.
 TEST(SpringTool, SplittingTheToolsPathChangesNothing) {
   double left[3];
   const int ticks[3] = {1, 10, 1000};
@@ -442,7 +474,8 @@ TEST(SpringTool, SplittingTheToolsPathChangesNothing) {
   }
 }
 
-// A region that a cut left clear is not a fill, and is not clear for a tool that turns.
+// A tool that has cut knows that its region is clear. A deposit and a tool that turns must not use
+// this: their first tick gives the same result as the first tick of a new stroke.
 TEST(SpringTool, AClearStartIsOfCutsThatDoNotTurn) {
   std::vector<Material> materials{wood()};
   materials[0].u = 0.01;
@@ -518,8 +551,8 @@ TEST(SpringTool, ARecordedPathLeavesTheSameBytes) {
   EXPECT_GT(edits, 2000);
 }
 
-// Splitting the device's path changes a little, because the spring then acts in between. Prints by
-// how much.
+// Splitting the device's path into more ticks changes the result a little, because the spring acts
+// in each tick. Prints the change.
 TEST(SpringTool, SplittingTheDevicesPathMattersLittle) {
   const std::vector<Material> materials{wood()};
   double removed[3];

@@ -107,7 +107,7 @@ TEST(Lettering, EveryInstalledFontMakesClosedSolids) {
   for (const std::string& family : font_families()) {
     if (++tried > test::rounds_of("KIBORI_FONTS", 60)) break;
     const auto mesh = letter_mesh({"HQgR&8", family, 10, 2, 0});
-    if (!mesh) {  // of another script, or drawn as pictures
+    if (!mesh) {  // a font of another script, or one whose letters are pictures
       EXPECT_EQ(mesh.error().find('\n'), std::string::npos);
       continue;
     }
@@ -138,7 +138,7 @@ TEST(Lettering, ReportsInvalidInput) {
   EXPECT_NE(error_of({"A", kSans, std::nan(""), 2, 0}).find("0.1 to 1000"), std::string::npos);
 }
 
-// Pressed in from above.
+// A block into which the tool is pressed from above.
 std::unique_ptr<TriDexel> pressed(const Tool& tool, double depth_mm, double pitch_mm,
                                   double side_mm = 24) {
   Lattice lattice = make_lattice(Vec3(side_mm, side_mm, 8), pitch_mm, 1).value();
@@ -278,7 +278,7 @@ TEST(Stamp, SweptLettersAgreeWithDenseSampling) {
       const double depth = random.uniform(10, 54);
       at[depth_index(axis)] = depth;
       const Vec3 world = lattice.to_mm(LatticePoint{at});
-      // Inside, outside, or too near to decide: by points around.
+      // Also tests points around. If their results differ, this point is too near the surface.
       bool any = false, all = true;
       for (const Vec3& off :
            {Vec3(Vec3::Zero()), Vec3(kNear, 0, 0), Vec3(-kNear, 0, 0), Vec3(0, kNear, 0),

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Guided strokes against closed forms. One of them carves: its channel has the gouge's section.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -39,7 +40,7 @@ Timed at(const Vec3& tip, double time_s, const Vec3& axis = Vec3::UnitZ()) {
   return {{tip, frame_from_axis(axis)}, time_s};
 }
 
-// A hand that wanders about.
+// A random path of a hand.
 std::vector<Timed> wandering(Random& random, int count, double step_mm) {
   std::vector<Timed> hand;
   Vec3 tip = random.in_box(10, 60), direction = random.direction();
@@ -53,6 +54,18 @@ std::vector<Timed> wandering(Random& random, int count, double step_mm) {
 }
 
 Vec3 across(const Vec3& v, const Vec3& unit) { return v - v.dot(unit) * unit; }
+
+// The poses of a path at the times of the hand. Those between them are left out.
+std::vector<Timed> at_times_of(const std::vector<Timed>& hand, const std::vector<Timed>& path) {
+  std::vector<Timed> poses;
+  size_t next = 0;
+  for (const Timed& place : path)
+    if (next < hand.size() && place.time_s == hand[next].time_s) {
+      poses.push_back(place);
+      next++;
+    }
+  return poses;
+}
 
 TEST(StrokeGuide, WithoutAnyTheHandIsFollowed) {
   Random random;
@@ -74,7 +87,7 @@ TEST(StrokeGuide, ALineHasADirectionThatIsSnapped) {
     const Pose& first = hand.front().pose;
     ASSERT_EQ(path.front().pose.tip, first.tip);
     if (path.size() < 2) continue;
-    // Seen along the axis, all of it is on one line through the beginning.
+    // Seen along the axis, the whole path is on one line through its first point.
     Vec3 direction = Vec3::Zero();
     for (const Timed& place : path) {
       const Vec3 off = across(place.pose.tip - first.tip, first.axis());
@@ -90,7 +103,7 @@ TEST(StrokeGuide, ALineHasADirectionThatIsSnapped) {
           std::numbers::pi / settings.snap_deg;
       EXPECT_NEAR(turn, std::round(turn), 1e-9) << random.note();
     }
-    // The height is the hand's, and so is the distance along the line.
+    // The tool has the hand's height, and the hand's distance along the line.
     const size_t skipped = hand.size() - path.size();
     for (size_t i = 1; i < path.size(); i++) {
       const Vec3 apart = path[i].pose.tip - hand[i + skipped].pose.tip;
@@ -106,7 +119,8 @@ TEST(StrokeGuide, ACircleKeepsItsRadius) {
     StrokeGuideSettings settings;
     settings.guide = Guide::circle;
     settings.centre_mm = random.in_box(0, 60);
-    const std::vector<Timed> hand = wandering(random, 60, 3), path = path_of(settings, hand);
+    const std::vector<Timed> hand = wandering(random, 60, 3), whole = path_of(settings, hand),
+                             path = at_times_of(hand, whole);
     const Vec3 axis = hand.front().pose.axis();
     const auto flat = [&](const Vec3& tip) { return across(tip - settings.centre_mm, axis); };
     ASSERT_EQ(path.size(), hand.size());
@@ -117,11 +131,47 @@ TEST(StrokeGuide, ACircleKeepsItsRadius) {
                   1e-9);
       EXPECT_NEAR((path[i].pose.tip - hand[i].pose.tip).dot(axis), 0, 1e-9);
     }
+    // The middles of the path's pieces are on the circle too.
+    for (size_t i = 1; i < whole.size(); i++) {
+      const Vec3 middle = 0.5 * (whole[i - 1].pose.tip + whole[i].pose.tip);
+      EXPECT_NEAR(flat(middle).norm(), radius, 0.0101) << random.note();
+      EXPECT_GE(whole[i].time_s, whole[i - 1].time_s);
+    }
+  }
+}
+
+// A hand that reports few positions still leaves the corners of the curve sharp: in both
+// directions, and where a closed curve begins.
+TEST(StrokeGuide, ACurveKeepsItsCorners) {
+  StrokeGuideSettings settings;
+  settings.guide = Guide::curve;
+  settings.closed = true;
+  settings.curve_mm = {{0, 0, 2}, {20, 0, 2}, {20, 10, 2}, {0, 10, 2}};
+  const auto on_rectangle = [](double s) {
+    s = std::fmod(s + 600, 60);
+    return s < 20   ? Vec3(s, 0, 2)
+           : s < 30 ? Vec3(20, s - 20, 2)
+           : s < 50 ? Vec3(50 - s, 10, 2)
+                    : Vec3(0, 60 - s, 2);
+  };
+  for (const double way : {3.7, -3.7}) {
+    std::vector<Timed> hand;
+    for (int i = 0; i <= 40; i++) hand.push_back(at(on_rectangle(5 + way * i), 0.01 * i));
+    const std::vector<Timed> path = path_of(settings, hand);
+    double drawn = 0;
+    std::array<int, 4> corners{};
+    for (size_t i = 1; i < path.size(); i++) {
+      drawn += (path[i].pose.tip - path[i - 1].pose.tip).norm();
+      for (size_t k = 0; k < 4; k++)
+        corners[k] += (path[i].pose.tip - settings.curve_mm[k]).norm() < 1e-9;
+    }
+    EXPECT_NEAR(drawn, 40 * 3.7, 1e-6);  // chords would be shorter
+    for (const int times : corners) EXPECT_GE(times, 2);
   }
 }
 
 TEST(StrokeGuide, ACurveIsFollowedWhereItIsNearest) {
-  // A wave; the oracle searches all of it in small steps.
+  // The curve is a wave. The oracle searches the whole curve in small steps.
   std::vector<Vec3> curve;
   for (int i = 0; i <= 200; i++) curve.push_back(Vec3(0.3 * i, 5 * std::sin(0.03 * i * 3), 2));
   StrokeGuideSettings settings;
@@ -134,7 +184,7 @@ TEST(StrokeGuide, ACurveIsFollowedWhereItIsNearest) {
     for (int i = 0; i <= 100; i++)
       hand.push_back(
           at(Vec3(0.6 * i, 5 * std::sin(0.06 * i * 3) + aside, random.uniform(0, 3)), 0.01 * i));
-    const std::vector<Timed> path = path_of(settings, hand);
+    const std::vector<Timed> path = at_times_of(hand, path_of(settings, hand));
     ASSERT_EQ(path.size(), hand.size());
     for (size_t i = 0; i < path.size(); i++) {
       double nearest = 1e30;
@@ -392,7 +442,7 @@ TEST(StrokeGuide, AStampIsPressedInAtEqualDistances) {
     settings.lead = round % 2 == 1;
     settings.lift_mm = random.uniform(0.5, 4);
     settings.every_mm = random.uniform(0.4, 9);
-    // Straight ahead, by steps of any size.
+    // The hand moves straight ahead, by steps of any size.
     const Vec3 axis = random.direction(), direction = across(random.direction(), axis).normalized();
     std::vector<Timed> hand{at(random.in_box(0, 50), 0, axis)};
     double length = 0;
@@ -411,7 +461,7 @@ TEST(StrokeGuide, AStampIsPressedInAtEqualDistances) {
         EXPECT_GT(places[i].frame.col(0).dot(direction), 1 - 1e-9) << random.note();
       }
     }
-    // Between them it is never as deep as the hand.
+    // Between two presses the stamp is never as deep as the hand.
     size_t deep = 0;
     for (const Timed& t : path)
       deep += (t.pose.tip - hand[0].pose.tip).dot(axis) < settings.lift_mm - 1e-9 ? 1 : 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The studio's session: what a pointer does reaches model, document and surface.
+// The studio's session: strokes of a pointer reach the model, the document and the surface.
 #include <atomic>
 #include <chrono>
 #include <cmath>
@@ -29,7 +29,7 @@ using test::Folder;
 // No thread moves the tool: a test runs its ticks, and a pointer's positions have their times.
 const SessionOptions kByPointer{false, {}, true}, kBySimulatedHand{false, "virtual", true};
 
-// A session that is stepped, and its clock.
+// Runs the ticks of a session and counts its time.
 class Stepped {
  public:
   explicit Stepped(Session& session) : studio_(*session.live()) {}
@@ -113,8 +113,8 @@ TEST(Studio, PressedItCutsAndUndoneItIsAsBefore) {
       document.value()->verify([](const std::string& wrong) { ADD_FAILURE() << wrong; }).ok());
 }
 
-// Esc after the pointer was lifted, while the tool still follows: nothing of the stroke remains,
-// nor of one that waits behind it.
+// The user cancels after the pointer was lifted, while the tool still follows the path. Nothing
+// remains of this stroke, or of the next one, which waits.
 TEST(Studio, ACancelledPathIsNotFollowedFurther) {
   for (const Mode mode : {Mode::cut, Mode::inflate}) {
     Folder folder;
@@ -133,7 +133,8 @@ TEST(Studio, ACancelledPathIsNotFollowedFurther) {
     studio.cancel();
     servo.run(3);
     EXPECT_FALSE(studio.pressed());
-    studio.press(Vec3(20, 25, 36), Vec3::UnitZ(), Mode::cut, 10);  // the document's end of all that
+    // The step of this later stroke shows that the document has handled all earlier requests.
+    studio.press(Vec3(20, 25, 36), Vec3::UnitZ(), Mode::cut, 10);
     studio.aim(Vec3(20, 25, 28), Vec3::UnitZ(), 10.1);
     studio.lift();
     ASSERT_TRUE(servo.until([&] { return studio.history().step == 2; }));
@@ -145,7 +146,7 @@ TEST(Studio, ACancelledPathIsNotFollowedFurther) {
   }
 }
 
-// A document that is closed right after the pointer was lifted has the whole stroke.
+// The document is closed directly after the pointer was lifted. It has the whole stroke.
 TEST(Studio, ClosedItHasTheWholeStroke) {
   for (const Mode mode : {Mode::cut, Mode::inflate}) {
     Folder folder;
@@ -174,8 +175,8 @@ TEST(Studio, ClosedItHasTheWholeStroke) {
   }
 }
 
-// The tool's side, as a box shows it. It turns as requested, and never at once during a stroke,
-// wherever the axis points.
+// The turn of the tool about its axis, shown by a box. The tool turns by the requested angle.
+// During a stroke it never turns suddenly, for any direction of the axis.
 TEST(Studio, ItTurnsButDoesNotSpin) {
   Folder folder;
   auto opened = create_session(folder.path / "a.kibori", servo_scene(), kByPointer);
@@ -196,7 +197,7 @@ TEST(Studio, ItTurnsButDoesNotSpin) {
   studio.aim(Vec3(40, 25, 40), 5 * Vec3::UnitZ(), servo.now_s());
   EXPECT_NEAR((side() - Vec3(std::cos(0.5), std::sin(0.5), 0)).norm(), 0, 1e-6);
   studio.turn(0);
-  // In the air, a full turn of the axis: the tool turns as much as the axis, and no more.
+  // In the air, the axis makes a full turn. The tool turns as far as the axis, and not farther.
   studio.press(Vec3(40, 25, 60), Vec3::UnitZ(), Mode::cut, servo.now_s());
   double turned = 0;
   Mat3 before = Mat3::Identity();
@@ -213,7 +214,7 @@ TEST(Studio, ItTurnsButDoesNotSpin) {
   EXPECT_LT(turned, 7.5);
 }
 
-// The same with a separate servo thread at its own pace: threads and pages never wait for each
+// Carves with a servo on its own thread, in real time. The threads and pages never wait for each
 // other.
 TEST(Studio, ByItsOwnThread) {
   Folder folder;
@@ -410,7 +411,7 @@ TEST(Studio, LayersInOneArchive) {
   options.layer_mm = 1;
   const Status written = write_layers_zip(path, model.snapshot(), options);
   ASSERT_TRUE(written.ok()) << written.error();
-  // Checked by a program that shares nothing with ours.
+  // Checks the archive with Python's zipfile, which shares no code with Kibori.
   const std::string list = folder.path / "list.txt";
   ASSERT_EQ(std::system(("python3 -m zipfile -l " + path.string() + " > " + list).c_str()), 0);
   std::ifstream text(list);
@@ -462,7 +463,7 @@ TEST(Studio, AForceDeviceHoldsTheTool) {
   studio.arm(false);
   EXPECT_TRUE(servo.until([&] { return studio.held()->safety == SafetyStage::State::off; }));
   EXPECT_EQ(studio.held()->given_n, 0);
-  // Far above: nothing more is cut, and the stroke ends by itself.
+  // The hand moves far above the block. Nothing more is cut, and the stroke ends by itself.
   studio.bring(Vec3(20, 15, 60));
   EXPECT_TRUE(servo.until([&] { return studio.history().step >= 2; }));
   servo.run(0.3);
@@ -490,7 +491,7 @@ TEST(Studio, MirroredStrokesAndOneThatIsOnlyLookedAt) {
     add_row(studio, servo, 10);
     studio.name_version("a row");
     ASSERT_TRUE(servo.until([&] { return studio.versions().size() == 1; }));
-    // While it is carved, another session opens it and sees the state at that time.
+    // During carving, another session opens the document and sees the current state.
     auto other = open_session(file, {true, {}});
     ASSERT_TRUE(other.ok()) << other.error();
     Session& looks = *other.value();

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Tests the studio's server from outside: who gets in, who does not, and that no bad client disturbs the others.
+"""Tests the studio's server from outside: accepted and refused clients, and that a bad client does not affect others.
 Usage: test_studio_server.py KIBORI"""
 import base64
 import concurrent.futures
@@ -17,6 +17,7 @@ import sys
 import tempfile
 import time
 import unittest
+import urllib.parse
 
 from studio_client import KIBORI, VERSION, Connection, Studio, greeted, hello, until
 
@@ -51,7 +52,7 @@ class Server(unittest.TestCase):
         return connection
 
     def carving(self):
-        """A page that says hello is welcomed and answered. Returns it."""
+        """Connects a page, sends its hello, and checks the first messages. Returns the page."""
         page = self.page()
         page.frame(self.studio.hello)
         self.assertEqual(page.message()[0], 64)
@@ -75,7 +76,7 @@ class Server(unittest.TestCase):
         own, key, token = self.studio.origin, self.studio.key, self.studio.token
         self.assertEqual(len(key), 64)
         self.assertNotEqual(key, token)
-        # Everyone may load the page's program. It contains nothing about this studio.
+        # Every client may load the page's program. It contains no data of this studio.
         for target in ("/", "/index.html", "/?token=" + token, "/?token=x"):
             connection = Connection(self.studio)
             status, head = connection.ask(target, host=self.studio.host)
@@ -182,7 +183,7 @@ class Server(unittest.TestCase):
 
     def test_messages_that_are_none(self):
         nan = struct.pack("<d", float("nan"))
-        for message in (b"", b"\x00", b"\xff", b"\x02", b"\x02" + b"\0" * 55, b"\x02" + b"\0" * 57, b"\x02" + nan * 7, b"\x40" + b"\0" * 40,
+        for message in (b"", b"\x00", b"\xff", b"\x02", b"\x02" + b"\0" * 63, b"\x02" + b"\0" * 65, b"\x02" + nan * 8, b"\x40" + b"\0" * 40,
                         b"\x04x"):
             page = self.page()
             page.frame(self.studio.hello)
@@ -194,7 +195,7 @@ class Server(unittest.TestCase):
         page = self.page()
         page.frame(b"text", code=1)
         self.assertTrue(page.closed())
-        # A well-formed but impossible request is reported and has no effect.
+        # A request that is well-formed but impossible is reported and has no effect.
         page = self.carving()
         page.frame(bytes([11]))
         page.frame(bytes([8]) + text('{"shape":"ball","radius":-1}'))
@@ -205,9 +206,9 @@ class Server(unittest.TestCase):
         page.frame(bytes([8]) + text('{"shape":"halfspace"}'))
         page.frame(bytes([8]) + text('{"shape":"mesh","vertices":[[0,0,0],[1,0,0],[0,1,0]],"triangles":[[0,1,2]]}'))
         page.frame(bytes([9]) + struct.pack("<2dB", 0, -1, 1))
-        page.frame(bytes([2]) + struct.pack("<7d", 1e12, -1e12, 0, 0, 0, 0, 1))
-        page.frame(bytes([2]) + struct.pack("<7d", 1e12, -1e12, 0, 0, 0, 1, 1))
-        page.frame(bytes([3]) + struct.pack("<6d", 1e12, -1e12, 0, 0, 0, 1) + b"\x02" + struct.pack("<d", 1e12))
+        page.frame(bytes([2]) + struct.pack("<8d", 1e12, -1e12, 0, 0, 0, 0, 1, 1))
+        page.frame(bytes([2]) + struct.pack("<8d", 1e12, -1e12, 0, 0, 0, 1, 1, 1))
+        page.frame(bytes([3]) + struct.pack("<6d", 1e12, -1e12, 0, 0, 0, 1) + b"\x02" + struct.pack("<2d", 1e12, 1))
         reported = 0
         end = time.time() + 20
         while reported < 8 and time.time() < end:
@@ -255,7 +256,7 @@ class Server(unittest.TestCase):
             except ConnectionError:
                 return True
 
-        # Eight at a time, fewer than the studio admits. One after another would take minutes.
+        # Eight connections at a time, fewer than the studio's limit. One after another would take minutes.
         with concurrent.futures.ThreadPoolExecutor(8) as pool:
             for wrong, closed in zip(all_wrong, pool.map(ends_its_page, all_wrong)):
                 self.assertTrue(closed, (*wrong[:2], wrong[2][:32]))
@@ -268,7 +269,7 @@ class Server(unittest.TestCase):
         self.assertTrue(slow.closed(20))
         self.assertTrue(silent.closed(20))
         self.assertGreater(time.time() - begin, 5)
-        # Idle connections and silent pages keep nobody out: the oldest ones are closed.
+        # Idle connections and silent pages do not block other clients: the studio closes the oldest ones.
         many = [Connection(self.studio) if i % 2 else self.page() for i in range(100)]
         self.carving()
         self.assertTrue(all(connection.closed(5) for connection in many[:80]))
@@ -301,7 +302,7 @@ class Server(unittest.TestCase):
             page.frame(self.studio.hello)
             stalled.append(page)
         page = self.carving()
-        # Two seconds of the servo, without a missing tick.
+        # Two seconds of ticks, none of which is missing.
         expected, seen = None, 0
         end = time.time() + 30
         while seen < 2000 and time.time() < end:
@@ -337,12 +338,12 @@ TETRAHEDRON = "solid t\n" + "".join(
 
 
 def key_of(start):
-    """The studio's id of the page that got this Start."""
+    """The id that the studio gave to the page in this message Start."""
     return json.loads(start[8:])["page"]
 
 
 class Beginning(unittest.TestCase):
-    """A studio without a document: what can be begun, uploaded and downloaded, and what is refused."""
+    """A studio that starts without a document: new pieces, imports, exports, and refused requests."""
     def setUp(self):
         self.folder = tempfile.TemporaryDirectory()
         self.studio = Studio(self.folder.name, "--begin")
@@ -472,7 +473,7 @@ class Beginning(unittest.TestCase):
                          ("mesh", 4, [30, 30, 30], "mm", 30, []))
         status, preview = self.get(f"/import?page={self.key}&import={about['import']}")
         self.assertEqual((status, struct.unpack_from("<II", preview), len(preview)), (200, (4, 4), 8 + 12 * 4 + 12 * 4))
-        # In metres, as an OBJ with y up.
+        # An OBJ with y up and lengths in metres: the studio guesses 80 mm.
         obj = "v 0 0 0\nv 0.03 0 0\nv 0 0.09 0\nv 0 0 0.06\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
         about = json.loads(self.look("t.obj", obj.encode())[1])
         self.assertEqual((about["unit"], about["longest_mm"], about["up"], about["front"]), ("fit", 80, "y", "z"))
@@ -501,11 +502,11 @@ class Beginning(unittest.TestCase):
         for wrong in ("", "0" * 64, "../" + first, first[:-1]):
             self.assertEqual(self.make(wrong)[0], 404)
         self.assertEqual(self.get(f"/import?page={self.key}&import={first}")[0], 200)
-        # Without the key or an origin.
+        # Requests without the key, without an origin, or from another site are refused.
         for target, method in ((f"/make?page={self.key}&import={first}", "POST"), (f"/import?page={self.key}&import={first}", "DELETE")):
             for headers in ([self.origin], [self.bearer], [self.bearer, "Origin: http://evil.example"], [self.bearer, self.origin, "Sec-Fetch-Site: same-site"]):
                 self.assertEqual(Connection(self.studio).ask(target, headers, method, self.studio.host)[0], 403, headers)
-        # Each page has its own waiting file, which its next file replaces.
+        # The studio keeps one uploaded file for each page. The page's next file replaces it.
         second = json.loads(self.look("t.stl", stl, key=other_key)[1])["import"]
         third = json.loads(self.look("t.stl", stl)[1])["import"]
         self.assertEqual(self.get(f"/import?page={self.key}&import={first}")[0], 404)
@@ -548,7 +549,7 @@ class Beginning(unittest.TestCase):
         self.assertEqual(self.bring("x.kibori", b"SQLite format 3\0"), 202)
         self.until(68)
         self.assertEqual(self.documents(), [])
-        # Without the key, without an origin, from another site.
+        # Uploads without the key, without an origin, or from another site are refused.
         for headers in ([self.origin], [self.bearer], [self.bearer, "Origin: http://evil.example"], [self.bearer, "Origin: null"]):
             status = Connection(self.studio).ask(f"/import?page={self.key}&name=x.stl", [*headers, "Content-Length: 5"], "POST",
                                                  self.studio.host, b"solid")[0]
@@ -573,6 +574,54 @@ class Beginning(unittest.TestCase):
         while b'"no_go":true' not in bodies:
             bodies = self.until(77)
 
+    def test_a_milling_job_is_played_back(self):
+        program = b"T1 M6 S9000 M3\nG0 X-5 Y10 Z5\nG1 Z-2 F600\nX25\nG0 X-5\nM2\n"
+        tools = b'[[tool]]\nnumber = 1\ncutter = { shape = "flat", radius = 3, length = 20 }\nteeth = 2\n'
+
+        def look(*files):
+            listed = json.dumps([{"name": name, "size": len(body)} for name, body in files])
+            return self.look(files[0][0] + "&files=" + urllib.parse.quote(listed), b"".join(body for _, body in files))
+        # A job names no file that was not brought with it. A list of files leads nowhere else.
+        for tables, status in ((b"/etc/passwd", 422), (b"../tools.toml", 422), (b"tools.toml", 200)):
+            job = b'stock = [0, 0, -5, 20, 20, 0]\npitch = 0.5\ntools = "' + tables + b'"\n[[setup]]\nprograms = ["p.nc"]\n'
+            self.assertEqual(look(("job.toml", job), ("p.nc", program), ("tools.toml", tools))[0], status, tables)
+        for name in ("../p.nc", "/p.nc", ".p.nc", "", "p.nc"):
+            self.assertEqual(look(("p.nc", program), (name, tools))[0], 422, name)
+        self.assertEqual(look(("t.stl", TETRAHEDRON.encode()), ("tools.toml", tools))[0], 422)  # there is no program
+        # A program with its tools needs a stock.
+        status, answer = look(("p.nc", program), ("tools.toml", tools))
+        about = json.loads(answer)
+        self.assertEqual((status, about["kind"], about["asks"]), (200, "program", {"stock": True, "tool": False, "pitch": False}))
+
+        def make(**choices):
+            return self.post(f"/make?page={self.key}&import={about['import']}&" + "&".join(f"{k}={v}" for k, v in choices.items()))
+        corners = dict(x0=0, y0=0, z0=-5, x1=20, y1=20, z1=0)
+        for wrong in (corners | dict(x0="x"), corners | dict(pitch="nan"), corners | dict(x1=1e300)):
+            self.assertEqual(make(**wrong)[0], 400, wrong)
+        for wrong in ({}, corners | dict(x1=-1), corners | dict(pitch=0), corners | dict(pitch=0.001), corners | dict(material="gold")):
+            status, answer = make(**wrong)
+            self.assertEqual((status, answer.count(b"\n")), (422, 1), wrong)
+        self.assertEqual(make(**corners, pitch=0.5)[0], 204)
+        self.assertEqual(self.until(64)[-1], 3)
+        self.assertIn(b'"lines":6', self.until(85))
+        self.assertEqual(json.loads(self.get("/program?program=0&from=2")[1])[:2], ["G1 Z-2 F600", "X25"])
+        for wrong in ("/program?program=1&from=0", "/program?program=0&from=-1", "/program?program=x", "/curve?parts=0", "/curve?parts=1e9", "/curve"):
+            self.assertEqual(self.get(wrong)[0], 404, wrong)
+        self.assertEqual(json.loads(self.get("/program?program=0&from=1e18")[1]), [])
+        # To the end: the curve has a force. Then it becomes a document.
+        self.page.frame(struct.pack("<BBdB", 48, 1, 0, 0))
+        while b'"collisions":[]' not in (problems := self.until(85)):
+            pass
+        self.assertIn(b'"error":""', problems)
+        while not max(json.loads(self.get("/curve?parts=100")[1])["force"], default=0) > 0:
+            time.sleep(0.05)
+        self.page.frame(struct.pack("<BI", 52, 4) + b"kept")
+        welcome = self.until(64)
+        self.assertEqual(welcome[-1], 0)
+        self.assertIn("kept.kibori", self.documents())
+        self.assertEqual(self.get("/program?program=0&from=0")[0], 404)
+        self.assertEqual(self.folders(), 0)
+
     def test_a_name_that_was_cancelled_is_free_for_the_next(self):
         self.begin(size=(80, 80, 80), pitch=0.1, name="race")
         self.until(72)
@@ -584,7 +633,7 @@ class Beginning(unittest.TestCase):
             if message[0] == 64:
                 break
             self.assertLess(time.time(), deadline)
-            self.begin(name="race")  # the other page was first
+            self.begin(name="race")  # the other page began first
         time.sleep(3)
         name = message.split(b".kibori")[0].rsplit(b"\0", 1)[-1].decode()
         self.assertIn(name + ".kibori", self.documents())
@@ -597,7 +646,7 @@ class Beginning(unittest.TestCase):
         self.until(69)
         self.begin()
         self.until(64)
-        while struct.unpack_from("<B", self.until(67), 1 + 8 + 8 + 4 + 4 + 2)[0] != 1:  # it holds the tool
+        while struct.unpack_from("<B", self.until(67), 1 + 8 + 8 + 4 + 4 + 2)[0] != 1:  # until it holds the tool
             pass
 
     def test_other_servers_of_this_machine(self):
@@ -721,8 +770,8 @@ class OnlyLookedAt(unittest.TestCase):
                     return [file.execute(f"SELECT * FROM {table} ORDER BY 1").fetchall() for table in ("step", "version", "meta")]
 
             before = rows()
-            page.frame(bytes([3]) + struct.pack("<6dBd", 40, 25, 27, 0, 0, 1, 0, 1))
-            page.frame(bytes([2]) + struct.pack("<7d", 41, 25, 27, 0, 0, 1, 1.02))
+            page.frame(bytes([3]) + struct.pack("<6dB2d", 40, 25, 27, 0, 0, 1, 0, 1, 1))
+            page.frame(bytes([2]) + struct.pack("<8d", 41, 25, 27, 0, 0, 1, 1.02, 1))
             page.frame(bytes([4]))
             page.frame(bytes([16]) + text("mine"))
             self.assertIn(b"open read-only", until(page, 68))
@@ -787,11 +836,11 @@ speed = 40
         rows = list(struct.iter_unpack("<7f", trace[9 + size:]))
         self.assertEqual(len(rows), 700)
         self.assertAlmostEqual(max(sum(f * f for f in row[1:4]) ** 0.5 for row in rows), reported["max_force_N"], places=4)
-        # An experiment has no document and no history. Nothing was written.
+        # An experiment has no document and no history, and writes no file.
         for code in (5, 6, 7):
             self.page.frame(bytes([code]))
         self.page.frame(bytes([15]) + struct.pack("<I", 1))
-        self.page.frame(bytes([3]) + struct.pack("<6dBd", 5, 5, 12, 0, 0, 1, 0, 1))
+        self.page.frame(bytes([3]) + struct.pack("<6dB2d", 5, 5, 12, 0, 0, 1, 0, 1, 1))
         self.page.frame(bytes([16]) + text("mine"))
         self.assertIn(b"open read-only", until(self.page, 68))
         self.page.frame(bytes([14]))
@@ -813,7 +862,7 @@ speed = 40
         until(self.page, 69)
 
     def test_the_method_is_announced(self):
-        """The rays near the tool before and after it has passed, and K of all ticks in between."""
+        """Compares the rays near the tool before and after it passes with K, the points that vanish in each tick."""
         ask = bytes([31]) + struct.pack("<B3ddB", 2, 10, 6, 8, 3.0, 1)
 
         trace = None
@@ -825,16 +874,16 @@ speed = 40
                 trace = reported
                 reported = until(self.page, 76)
             names = ("axis", "every", "u", "v", "columns", "rows", "low", "high", "gone", "points", "volume")
-            at = dict(zip(names, struct.unpack_from("<B5H2dI2d", reported, 1)))
-            at["motion"], at["force"] = (struct.unpack_from("<3d", reported, 48 + 24 * i) for i in range(2))
-            at["ticks"], at["taken"], size = struct.unpack_from("<IdI", reported, 96)
-            spans, at["spans"] = reported[112:112 + size], []
+            at = dict(zip(names, struct.unpack_from("<BH2d2H2dI2d", reported, 1)))
+            at["motion"], at["force"] = (struct.unpack_from("<3d", reported, 60 + 24 * i) for i in range(2))
+            at["ticks"], at["taken"], size = struct.unpack_from("<IdI", reported, 108)
+            spans, at["spans"] = reported[124:124 + size], []
             while spans:
                 count = spans[0]
                 at["spans"].append(struct.unpack_from(f"<{2 * count}f", spans, 1))
                 spans = spans[1 + 8 * count:]
-            count = struct.unpack_from("<I", reported, 112 + size)[0]
-            at["vanished"] = list(struct.iter_unpack("<3H", reported[116 + size:]))
+            count = struct.unpack_from("<I", reported, 124 + size)[0]
+            at["vanished"] = list(struct.iter_unpack("<3h", reported[128 + size:]))
             self.assertEqual(6 * len(at["vanished"]), count)
             return at
 
@@ -844,7 +893,7 @@ speed = 40
         requested = time.time()
         first = last = answer()
         self.assertEqual((first["axis"], first["every"], first["columns"], first["rows"]), (2, 1, 12, 12))
-        # The room around the stock is 2 mm wide, and h is half a millimetre.
+        # The lattice has 2 mm of air around the stock, and h is 0.5 mm.
         self.assertEqual(len(first["spans"]), 144)
         self.assertTrue(all(ray == (4.0, 24.0) for ray in first["spans"]), first["spans"][:3])
         self.assertAlmostEqual(first["high"] - first["low"], 12)
@@ -883,7 +932,7 @@ speed = 40
         for centre, radius, every, rays in (((1e12, 0, 0), 1, 1, 0), ((10, 6, 5), 0, 1, 0), ((10, 6, 5), 1e6, 1, 1024), ((10, 6, 5), 2.0, 64, 1)):
             self.page.frame(bytes([31]) + struct.pack("<B3ddB", 0, *centre, radius, every))
             reported = until(self.page, 76)
-            columns, rows = struct.unpack_from("<2H", reported, 8)
+            columns, rows = struct.unpack_from("<2H", reported, 20)
             self.assertLessEqual(columns * rows, rays)
             self.assertLess(len(reported), 1024 * (1 + 8 * 16) + 6 * 2048 + 200)
         page = greeted(self.studio)
@@ -924,7 +973,7 @@ class NoTemporaryFolder(unittest.TestCase):
 
 class Killed(unittest.TestCase):
     def test_what_was_written_can_be_read(self):
-        """Turns of any angle, and a kill while they are carved."""
+        """Turns the tool by very large angles, carves, and kills the studio meanwhile."""
         with tempfile.TemporaryDirectory() as folder:
             studio = Studio(folder)
             page = greeted(studio)
@@ -932,8 +981,8 @@ class Killed(unittest.TestCase):
             time_s = 0
             for turn in (1e6, -1e6, 123456.789, 2.0**52 % 1e6):
                 page.frame(bytes([28]) + struct.pack("<d", turn))
-                page.frame(bytes([3]) + struct.pack("<6d", 40, 25, 31, 0, 0, 1) + b"\0" + struct.pack("<d", time_s))
-                page.frame(bytes([2]) + struct.pack("<7d", 45, 25, 29, 0, 0, 1, time_s + 0.2))
+                page.frame(bytes([3]) + struct.pack("<6d", 40, 25, 31, 0, 0, 1) + b"\0" + struct.pack("<2d", time_s, 1))
+                page.frame(bytes([2]) + struct.pack("<8d", 45, 25, 29, 0, 0, 1, time_s + 0.2, 1))
                 page.frame(bytes([4]))
                 time_s += 1
             end = time.time() + 60

@@ -97,7 +97,9 @@ class Bench {
   Snapshot empty_;
 };
 
-// Flipping any faces that a cell may flip splits what was one sheet and joins no others.
+// If one sheet of a cell passes through a face twice, the face may be flipped. This divides the
+// sheet. Afterwards, no sheet passes twice through this face, or through another face for the first
+// time.
 TEST(CellTable, FlippingAFaceNeverMakesAnotherTwice) {
   for (int inside = 0; inside < 256; inside++) {
     const auto mask = static_cast<uint8_t>(inside);
@@ -210,8 +212,8 @@ TEST(Surface, RandomCarvesAreManifoldsOfTheModelsVolume) {
     off.push_back(std::abs(volume(one) / std::pow(lattice.pitch_mm, 3) - cells) /
                   (5 + 0.5 * static_cast<double>(one.triangles.size())));
   }
-  // In cells, over the surface's area. Parts that the tools left thinner than a cell are lost or
-  // filled.
+  // `off` is the error of the volume per area of the surface [cells]. It is not 0, because parts
+  // thinner than a cell are lost or filled.
   std::sort(off.begin(), off.end());
   std::printf(
       "volume off by, in cells of thickness over the whole surface: median %.4f, worst %.4f\n",
@@ -256,7 +258,7 @@ TEST(Surface, LiveSurfaceFollowsEveryEdit) {
       const Snapshot now = model.snapshot();
       kept.push_back(now);
       made += static_cast<int64_t>(live.update(now).size());
-      const Index3 chunks = surface_chunks(lattice);
+      const Index3 chunks = surface_chunks(lattice).high;
       for (int z = 0; z < chunks[2]; z++)
         for (int y = 0; y < chunks[1]; y++)
           for (int x = 0; x < chunks[0]; x++) {
@@ -319,7 +321,7 @@ TEST(Surface, LiveSurfaceFollowsDuringCarving) {
   }
   carver.join();
   const Snapshot end = model.snapshot();
-  const Index3 chunks = surface_chunks(lattice);
+  const Index3 chunks = surface_chunks(lattice).high;
   for (int z = 0; z < chunks[2]; z++)
     for (int y = 0; y < chunks[1]; y++)
       for (int x = 0; x < chunks[0]; x++) {
@@ -393,7 +395,7 @@ TEST(Surface, ChunksAgreeAboutEndsNextToANode) {
       const Surface whole = extract_surface(model.snapshot());
       ASSERT_EQ(broken(whole), "") << end;
       size_t triangles = 0;
-      const Index3 chunks = surface_chunks(lattice);
+      const Index3 chunks = surface_chunks(lattice).high;
       for (int z = 0; z < chunks[2]; z++)
         for (int y = 0; y < chunks[1]; y++)
           for (int x = 0; x < chunks[0]; x++) triangles += live.chunk({x, y, z}).triangles.size();
@@ -410,7 +412,7 @@ TEST(Surface, ChunksMakeTheSameVerticesForTheirNeighbours) {
   cut(model, SweptBall(LatticePoint{Vec3(20, 20, 34)}, LatticeVector{Vec3(15, 8, -5)}, 9), {},
       removed);
   const Snapshot snapshot = model.snapshot();
-  const Index3 chunks = surface_chunks(lattice);
+  const Index3 chunks = surface_chunks(lattice).high;
   std::map<std::array<int, 5>, SurfaceVertex> own;  // by cell and sheet
   int compared = 0;
   for (int pass = 0; pass < 2; pass++)
@@ -533,8 +535,8 @@ TEST(Surface, DistanceToTheExactSolid) {
     solid.carve(model);
     const Surface surface = extract_surface(model.snapshot());
     ASSERT_EQ(broken(surface), "");
-    // There: points of the surface, evenly spread, and its vertices. Back: points of the exact
-    // surface.
+    // The first entry is for points of the extracted surface, evenly spread, and its vertices. The
+    // second one is for points of the exact surface.
     double max[2] = {0, 0}, squares[2] = {0, 0};
     int count[2] = {0, 0};
     const auto take = [&](int kind, double distance) {
@@ -652,8 +654,8 @@ TEST(Surface, KnifeEdgesEndAtTheFaceThatCutsThemOff) {
     all_out += out;
     EXPECT_LT(farthest, 1.5) << random.note();
   }
-  // The exceptions: the third face has no end in the cells around. Without the search for it they
-  // were one in 2200.
+  // Exceptions remain where the third face has no end in the adjacent cells. Without the search for
+  // it, there was one exception in 2200 vertices.
   EXPECT_LE(static_cast<double>(all_out), 2e-4 * static_cast<double>(all)) << random.note();
 }
 

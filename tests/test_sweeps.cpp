@@ -68,7 +68,7 @@ TEST_P(Sweep, AgreesWithDenseSampling) {
       for (int probe = 0; probe < 6; probe++) {
         RayTile rays{ray_axis, random.integer(0, nu / 16 - 1) * 16,
                      random.integer(0, nv / 16 - 1) * 16};
-        if (probe % 2) {  // as if nothing else of the rays were material
+        if (probe % 2) {  // only a part of the depths has material
           rays.near = static_cast<float>(random.uniform(0, nd));
           rays.far = static_cast<float>(random.uniform(rays.near, nd));
         }
@@ -254,9 +254,10 @@ TEST(SweptConvex, ARayThroughTheApexsPathEndsThere) {
     pose.frame = frame_from_axis(axis);
     const Vec3 motion(random.uniform(-3, 3), random.uniform(1, 3), random.uniform(3, 6));
     const double slope = std::tan(std::get<Cone>(tool).angle_deg * std::acos(-1.0) / 360);
-    // Into itself.
+    // Skips cones that move almost along their axis: they sweep into themselves, and the apex's
+    // path is no edge.
     if (std::hypot(motion.y(), motion.z()) < 1.2 * slope * std::abs(motion.x())) continue;
-    // On the middle of a ray along x.
+    // The apex's path meets the middle of a ray along x.
     const Vec3 meets = lattice.to_mm(LatticePoint{Vec3(40.3, 24.5, 24.5)});
     const double share = random.uniform(0.1, 0.9);
     pose.tip = meets - share * motion;
@@ -457,8 +458,8 @@ TEST(SweptBall, PlungesWithALittleDriftLoseNoRay) {
   EXPECT_GT(long_ones, 5000);
 }
 
-// Below an upright disc, the minimum distance of a ray across its axis is constant: the search
-// starts there.
+// A ray below an upright disc, across the disc's axis. Its distance from the disc is constant where
+// the search starts.
 TEST(SweptRim, ARayBelowAnUprightDiscIsNotLost) {
   const double pitch = 2.8510495730189698, radius = 24.238947147081539 / pitch,
                corner = 4.3706993656298661 / pitch;
@@ -539,7 +540,7 @@ TEST(SweptRim, GrazingRaysAreNotLost) {
             ASSERT_NEAR(at(end), 0, 2e-3) << random.note();
           }
         }
-        // Where a ray without an interval is nearest to the middle.
+        // If the ray has no interval, finds the point of the ray that is deepest in the rim.
         if (!there) {
           double nearest = 0, deepest = -1e9;
           static_cast<void>(min(-100, 120, 34, [&](double t) {
@@ -551,7 +552,8 @@ TEST(SweptRim, GrazingRaysAreNotLost) {
             ASSERT_LT(deepest, 2e-3) << random.note();
           }
         }
-        // The rim alone is within the ends, and nothing else is.
+        // Points between the ends are inside the rim, and points beyond the ends are not. Skips
+        // points in the shank.
         for (int sample = 0; sample < 8; sample++) {
           const double t = there && sample % 2
                                ? random.uniform(layer.lo[i], layer.hi[i])
@@ -570,7 +572,7 @@ TEST(SweptRim, GrazingRaysAreNotLost) {
   EXPECT_GT(met, 1000);
 }
 
-// A promise that the start pose is clear changes only the rays that may be skipped.
+// If the caller states that the start pose is clear, only rays without new material may differ.
 TEST(SweptBall, ClearStartGivesTheSameNewMaterial) {
   Random random;
   for (int trial = 0; trial < 3000; trial++) {

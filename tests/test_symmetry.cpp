@@ -50,7 +50,7 @@ std::vector<Piece> pieces(const FieldSnapshot& field, int u, int v) {
 }
 
 // Maximum distance of any ray's end from its image in the middle plane normal to `plane` [cells].
-// Rays that a face grazes may have a piece more or less than their images; they are counted.
+// A ray that grazes a face may have one span more or less than its image. `odd` counts such rays.
 struct Unlike {
   double farthest = 0;
   int64_t odd = 0, rays = 0;
@@ -60,15 +60,15 @@ Unlike compare(const TriDexel& model, int plane) {
   const Snapshot now = model.snapshot();
   for (int axis = 0; axis < 3; axis++) {
     const FieldSnapshot& field = now.field(static_cast<Axis>(axis));
-    // The field's coordinate that the plane reverses: along its rays, or u or v.
+    // The coordinate of the field that the mirror reverses: along its rays, or u or v.
     const int u_axis = (axis + 1) % 3, v_axis = (axis + 2) % 3;
-    for (int u = 0; u < field.nodes_u(); u++)
-      for (int v = 0; v < field.nodes_v(); v++) {
-        const int mu = plane == u_axis ? field.nodes_u() - 1 - u : u;
-        const int mv = plane == v_axis ? field.nodes_v() - 1 - v : v;
+    for (int u = 0; u < field.u_end(); u++)
+      for (int v = 0; v < field.v_end(); v++) {
+        const int mu = plane == u_axis ? field.u_end() - 1 - u : u;
+        const int mv = plane == v_axis ? field.v_end() - 1 - v : v;
         std::vector<Piece> here = pieces(field, u, v), there = pieces(field, mu, mv);
         if (plane == axis) {
-          const double last = field.nodes_depth();
+          const double last = field.depth_end();
           for (Piece& p : there) p = {last - p.out, last - p.in, p.material};
           std::reverse(there.begin(), there.end());
         }

@@ -67,7 +67,7 @@ std::unique_ptr<LiveCarving> two(const LiveSettings& settings, Script first, Scr
   return std::move(live).value();
 }
 
-// Back and forth over the block, in and out of its top, turning.
+// A random path: back and forth over the block, in and out of its top. The tool also turns.
 Script wander(Random& random) {
   const Vec3 amplitude(random.uniform(3, 18), random.uniform(3, 13), random.uniform(2, 5)),
       speed = random.in_box(2, 6), phase = random.in_box(0, 6);
@@ -90,8 +90,8 @@ void expect_sound(const std::filesystem::path& file, uint64_t hash) {
   EXPECT_EQ(bodies.value().content_hash(), hash) << bodies.value().all.size() << " bodies";
 }
 
-// The second hand gets the wood's force, and the first, in the air, none. Together, each gets the
-// same as alone.
+// A hand that cuts gets a force. A hand in the air gets none. If both cut, each hand gets the same
+// force as when it cuts alone.
 TEST(TwoHands, EachHandHasItsOwnForce) {
   const auto stroke = [](double x) {
     return [x](double t) {
@@ -123,7 +123,8 @@ TEST(TwoHands, EachHandHasItsOwnForce) {
     const auto [nothing, right] = force(air, stroke(10));
     EXPECT_EQ(nothing, Vec3::Zero());
     const auto [left_again, right_again] = force(stroke(-10), stroke(10));
-    // The spring's balance starts from known states of the model, which the other hand changes.
+    // Not bit for bit: the search for the balance reuses results for an unchanged model, and the
+    // other hand changes the model.
     EXPECT_LT((left_again - left).norm(), 1e-4 * left.norm()) << name_of(model);
     EXPECT_LT((right_again - right).norm(), 1e-4 * right.norm()) << name_of(model);
   }
@@ -147,8 +148,8 @@ TEST(TwoHands, ATickThatBothUseIsInOrder) {
   EXPECT_EQ(second, 0);
 }
 
-// Random tools, one of which may deposit or only touch. The document holds everything, and its
-// replay is the same, including the forces.
+// Random tools, which may cut, deposit or only touch. The document stores both hands' strokes. Its
+// replay gives the same bytes, settings and forces.
 TEST(TwoHands, TheDocumentCarvesItAgain) {
   Random random;
   SCOPED_TRACE(random.note());
@@ -197,8 +198,8 @@ TEST(TwoHands, TheDocumentCarvesItAgain) {
   EXPECT_GT(strokes, rounds);
 }
 
-// A pointer as the second hand is put down and lifted while the first carves: one stroke, which one
-// undo reverts.
+// The second hand is a pointer. It is put down and lifted while the first hand carves. Both form
+// one stroke, and one undo reverts it.
 TEST(TwoHands, ASecondPointerJoinsAndLeavesWithinAStroke) {
   Folder folder;
   const std::filesystem::path file = folder.path / "two.kibori";
@@ -223,7 +224,7 @@ TEST(TwoHands, ASecondPointerJoinsAndLeavesWithinAStroke) {
   const auto at = [](double x, double y, double z) {
     return Pose{Vec3(x, y, z), Mat3::Identity()};
   };
-  // A hand's path, a thousandth of a second per tick.
+  // A hand's path. A tick takes 1 ms.
   struct HandPath {
     PointerDevice* pointer;
     Pose from;
@@ -276,7 +277,7 @@ TEST(TwoHands, ASecondPointerJoinsAndLeavesWithinAStroke) {
   run(100);
   EXPECT_EQ(second->finished(), other);
   ASSERT_TRUE(l.post_within_stroke([&](ServoContext&) { second->give_up(other); }));
-  second->hover(at(0, 0, 60));  // a jump: the tool is placed there
+  second->hover(at(0, 0, 60));  // the pointer jumps; the tool is placed there and does not cut
   EXPECT_EQ(run(50).second->removed_mm3, 0);
   paths.clear();
   first->end();
@@ -385,7 +386,8 @@ TEST(TwoHands, AScene) {
   const CarveSummary& s = carving.value().summary;
   EXPECT_NEAR(s.volume_mm3, 24000 - s.removed_mm3 + s.deposited_mm3, 1e-3);
   EXPECT_GT(s.deposited_mm3, 0);
-  // Each alone removes what both do: their paths do not overlap where they cut.
+  // The cuts of the two hands do not overlap. So the volumes that each hand removes alone add up to
+  // the volume that both remove.
   double alone = 0;
   for (const bool first : {true, false}) {
     std::string text = kScene;
@@ -400,7 +402,7 @@ TEST(TwoHands, AScene) {
     alone += carve(part.value(), {}).value().summary.removed_mm3;
   }
   EXPECT_NEAR(alone, s.removed_mm3, 1e-6 * alone);
-  // The path back is the longer one's: 30 mm at 40 mm/s.
+  // The CSV has a header, and one row for each hand in each tick.
   const std::string csv = forces_csv(carving.value());
   EXPECT_EQ(csv.substr(0, csv.find('\n')).substr(csv.find("mz_Nmm")), "mz_Nmm,hand");
   EXPECT_EQ(static_cast<size_t>(std::count(csv.begin(), csv.end(), '\n')),

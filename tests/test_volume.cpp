@@ -50,7 +50,8 @@ TEST(Volume, OfABlockDoesNotDependOnThePitch) {
   }
 }
 
-// Faces on, just before and just after the planes of nodes and of cell borders, on all six sides.
+// Faces that are on, slightly before or slightly after planes of nodes and of cell borders, on all
+// six sides.
 TEST(Volume, OfABlockWhoseFacesLieOnNodes) {
   for (int side = 0; side < 6; side++)
     for (const double place : {0.5, 0.0, 0.25})
@@ -106,7 +107,7 @@ TEST(Volume, AChiselResistsByItsSection) {
   }
 }
 
-// At whole positions and simple fractions of a cell, where faces lie on planes of nodes.
+// Positions at whole cells and simple fractions of a cell, so that faces are on planes of nodes.
 TEST(Volume, AChiselAtWholePositionsResistsByItsSection) {
   for (const double depth : {0.05, 0.09, 0.10, 0.15, 0.20, 0.25, 0.30, 0.50}) {
     TriDexel model = block_of(Vec3(40, 20, 6), 0.2, 2);
@@ -201,7 +202,7 @@ TEST(Volume, RandomCutsAddUpToWhatIsMissing) {
   EXPECT_NEAR(removed + model.volume_mm3(), before, 1e-6 * before);
 }
 
-// Pockets are cut in passes whose walls and floors lie on the same planes of nodes.
+// Pockets are cut in passes. The walls and floors of all passes are on the same planes of nodes.
 TEST(Volume, PassesSideBySideOnNodesAddUp) {
   Random random;
   SCOPED_TRACE(random.note());

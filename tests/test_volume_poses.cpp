@@ -173,7 +173,8 @@ TEST(VolumePoses, GroovesOfEveryTool) {
 }
 
 // Grooves narrower than 8 cells and thinner than 2. The aim of 2 percent does not hold here: a
-// section of less than a few cells meets few rays. Its error is a part of a cell's area instead.
+// section of less than a few cells meets few rays. Instead, the rms error of the section is a tenth
+// of a cell's area.
 TEST(VolumePoses, NarrowGroovesAreWithinAPartOfACell) {
   Random random;
   SCOPED_TRACE(random.note());
@@ -321,8 +322,9 @@ TEST(VolumePoses, ModelsOfTheMethod) {
   }
 }
 
-// Straight strokes of a finger through a block. Value of the finger's definition: the largest over
-// the motion, a parabola within the finger's length.
+// True if a finger reaches the point p during a straight motion. The finger's function is a
+// parabola of the share of the motion. So its maximum is at an end or at the peak. Only the part of
+// the motion counts in which p is within the finger's length.
 bool finger_reaches(const Finger& finger, const Pose& pose, const Vec3& motion, const Vec3& p) {
   const Vec3 a = pose.frame.transpose() * (p - pose.tip), b = pose.frame.transpose() * motion;
   // At share t the point is at a - t b.
@@ -393,8 +395,8 @@ TriangleMesh box_mesh(const Vec3& min, const Vec3& max) {
   return mesh;
 }
 
-// A cut, a deposit and a mesh end on a plane of nodes or of cell borders, or just beside it, on all
-// six sides. One lost layer would be 10 to 30 percent.
+// A cut, a deposit and a mesh end on a plane of nodes or of cell borders, or very near it, on all
+// six sides. One lost layer would be an error of 10 to 30 percent.
 TEST(VolumePoses, FacesOnNodesOfEveryKindOfEdit) {
   for (const double pitch : {1.0, 0.1, 0.37})
     for (int side = 0; side < 6; side++)
@@ -430,7 +432,7 @@ TEST(VolumePoses, FacesOnNodesOfEveryKindOfEdit) {
           EXPECT_NEAR(removed, part, 0.015 * part);
           EXPECT_NEAR(model.volume_mm3(), left, 0.015 * left);
           EXPECT_NEAR(removed + model.volume_mm3(), before, 1e-6 * before);
-          // The same part is put back, as another material.
+          // Fills the same part with another material.
           const auto [put, put_at] = tool(beyond);
           EXPECT_NEAR(add_tool(model, put, put_at, 1), part, 0.015 * part);
           const MassProperties mass = mass_of(model.snapshot(), {1, 1});
@@ -443,8 +445,9 @@ TEST(VolumePoses, FacesOnNodesOfEveryKindOfEdit) {
         }
 }
 
-// A deposit fills up to an edge of other material, or of its own, that lies on two planes of nodes.
-// Neither material need hold those nodes. The totals still add up, and so do those of later cuts.
+// A deposit fills up to an edge that is on two planes of nodes. The edge belongs to another
+// material or to the same one. Possibly neither material contains those nodes. The totals still add
+// up, also after later cuts.
 TEST(VolumePoses, DepositsAtEdgesOnNodesAddUp) {
   const double offs[] = {0, 6e-6, -6e-6, 4.2e-5, -4.2e-5, 9e-5, -9e-5, 1.05e-4, -1.05e-4};
   for (int side = 0; side < 8; side++)
@@ -488,12 +491,13 @@ TEST(VolumePoses, DepositsAtEdgesOnNodesAddUp) {
         }
 }
 
-// The face of a cut, or of what a deposit stands on, lies within 1e-4 cells of a plane of nodes along z.
-// The side of the block lies on another plane of nodes. The edit does not reach the row of x rays
-// along this edge, but the z field decides whether their ends hold the nodes (is_tied).
+// The face of a cut, or the face under a deposit, is within 1e-4 cells of a plane of nodes along z.
+// The side of the block is on another plane of nodes. The edit does not reach the row of x rays
+// along this edge. But the z field decides whether their ends include the nodes (is_tied).
 //
-// The aim is 0. Measured is up to one cell for each cell of the edge: the volume of the state changes
-// along rays that no edit visits. It takes two faces within 1e-4 cells of nodes, so it is rare.
+// The error should be 0. It is up to one cell for each cell of the edge, because the volume of the
+// model changes along rays that no edit visits. This needs two faces within 1e-4 cells of nodes, so
+// it is rare.
 TEST(VolumePoses, EditsNextToARowOfTiedEnds) {
   double largest = 0;
   int missed = 0, all = 0;
@@ -520,7 +524,7 @@ TEST(VolumePoses, EditsNextToARowOfTiedEnds) {
   EXPECT_LT(largest, 7.5);
 }
 
-// A wall thinner than a cell is what two cuts leave. Some of its rays have no node.
+// Two cuts leave a wall thinner than a cell. Some of its rays have no node.
 TEST(VolumePoses, AThinWallIsLeftAndRemoved) {
   Random random;
   SCOPED_TRACE(random.note());
@@ -582,8 +586,8 @@ std::pair<TriangleMesh, double> ball_mesh(const Vec3& centre, double radius, con
   return {mesh, volume};
 }
 
-// A mesh whole, and with holes as large as a few cells. The ends in a hole have no normal. Cuts into
-// them still add up.
+// A mesh whole, and with holes as large as a few cells. The ends in a hole have no normal. Cuts
+// into them still add up.
 TEST(VolumePoses, EndsWithoutANormalAddUp) {
   Random random;
   SCOPED_TRACE(random.note());
@@ -654,11 +658,11 @@ TEST(VolumePoses, MaterialsThatMeetAddUp) {
 
 // ---- Totals.
 
-// Random edits by all tools in three materials. The removed volumes of each material add up to what
-// is missing of it.
+// Random edits by all tools in three materials. For each material, the removed volumes add up to
+// the missing volume.
 //
-// The aim is 1e-6 of the stock over 100 000 edits. Measured is 2e-5 (seed 7): two cells in all, from
-// one or two edits. EditsNextToARowOfTiedEnds shows a likely cause.
+// The goal is an error of 1e-6 of the stock over 100 000 edits. The measured error is 2e-5 (seed
+// 7): two cells, from one or two edits. EditsNextToARowOfTiedEnds shows a likely cause.
 TEST(VolumePoses, TotalsOfEachMaterialAddUp) {
   Random random;
   SCOPED_TRACE(random.note());

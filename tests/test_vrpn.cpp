@@ -30,7 +30,7 @@ using std::chrono::milliseconds;
 using test::read_fresh;
 using test::TcpServer;
 
-// Byte by byte from the protocol's description; shares nothing with the driver.
+// Writes messages byte by byte after the protocol's description. Shares no code with the driver.
 class VrpnBytes {
  public:
   VrpnBytes& i32(int32_t v) {

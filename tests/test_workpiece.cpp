@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A workpiece of a script, against a replayed document of the same strokes.
+// A workpiece (the model of a Python script), against a replayed document of the same strokes.
 #include <gtest/gtest.h>
 
 #include <kibori/run/workpiece.h>

@@ -227,7 +227,8 @@ async function spoon() {
   const { page } = bench,
     top = 120 * (15 / 80);
   await bench.look([0, 0, 1]);
-  // The hollow, along the bowl, deeper with each pass. The gouge goes in and out by itself.
+  // Hollows the bowl along its length, deeper with each pass. The guide makes the gouge enter and
+  // leave the wood.
   await bench.setPlane([50, 30, top]);
   await bench.type("strength", 500);
   for (const [deep, share, radius, sweep] of [

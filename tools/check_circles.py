@@ -21,8 +21,8 @@ def imports(file):
 
 
 def circle(graph):
-    """The nodes of one circle of a graph, {node: set of nodes}, with the first one repeated at the
-    end. Empty if there is none."""
+    """Returns the nodes of one circle of a graph, with the first one repeated at the end. Returns an
+    empty list if there is none. The graph is {node: set of nodes}."""
     done, path = set(), []
 
     def visit(node):

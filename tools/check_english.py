@@ -3,9 +3,9 @@
 """Checks the English of comments, docs (*.md, *.html), messages and identifiers:
 
 - words that have a plainer standard term (WORDS), in comments, docs and string literals;
-- sentences of more than 25 words, in comments and docs. Code blocks and the pictures of comments
-  (indented lines, lines with columns) do not count;
-- identifiers with a part of PARTS.
+- sentences of more than 25 words, in comments and docs. Code blocks are skipped, and so are pictures in comments
+  (indented lines, lines with columns);
+- identifiers that contain a word of PARTS.
 
 Prints file, line and sentence of each finding, and exits with 1 if there is one.
 tools/english_allowed.txt lists exceptions.
@@ -35,7 +35,7 @@ TAG = re.compile(r"<!--(?P<comment>.*?)-->|<(?:script|style)\b[^>]*>.*?</(?:scri
 ATTRIBUTE = re.compile(r'\b(?:title|alt|placeholder|content|aria-label)="([^"]*)"')
 MARKS = re.compile(r"^[ \t]*(///?<?|/\*\*?|\*/|\*|#!?)", re.M)  # of comments, at the start of a line
 END = re.compile(r"(?<=[.!?:;])[)\"'*_`]*\s+|\n[ \t]*\n|\n(?=[ \t]*(?:[-*+•|]|\d+\.)[ \t])| · |\|")
-PICTURE = re.compile(r"^(?:[ \t]{3,}\S|[^\n]*\S {2,}\S)[^\n]*$", re.M)  # lines of a comment
+PICTURE = re.compile(r"^(?:[ \t]{3,}\S|[^\n]*\S {2,}\S)[^\n]*$", re.M)  # lines of a picture in a comment
 SKIPPED = {"apps/studio/messages.h", "web/src/connection/messages.ts",  # generated
            "tools/check_english.py"}
 
@@ -45,7 +45,7 @@ def line_of(text, at):
 
 
 def sentences(text, first_line):
-    """(line, sentence) of a text. Colons, semicolons, list items and table cells end a sentence."""
+    """Yields (line, sentence) of a text. Colons, semicolons, list items and table cells end a sentence."""
     start = 0
     for end in [*(m.start() for m in END.finditer(text)), len(text)]:
         part = text[start:end].lstrip(" \t\n|*-)\"'_")
@@ -60,20 +60,20 @@ def word_count(sentence):
 
 
 def prose_of_page(text):
-    """A page without code blocks, with the same lines."""
+    """Returns a page without its code blocks. The number of lines stays the same."""
     text = re.sub(r"^```.*?^```", lambda m: "\n" * m[0].count("\n"), text, flags=re.S | re.M)
     return re.sub(r"(?<=\n\n)(?: {4}[^\n]*\n+)+", lambda m: "\n" * m[0].count("\n"), text)
 
 
 def prose_of_comment(comment):
-    """A comment without its marks and its indentation, with the same lines."""
+    """Returns a comment without its marks and its indentation. The number of lines stays the same."""
     indent = re.match(r"[ \t]*", comment)[0]
     plain = MARKS.sub("", re.sub(f"^{indent}", "", comment, flags=re.M)) if indent else MARKS.sub("", comment)
     return PICTURE.sub("|", plain)  # ends a sentence
 
 
 def prose_of_html(text):
-    """(line, text) of the comments, the texts and the titles of an HTML page."""
+    """Yields (line, text) of the comments, the texts and the titles of an HTML page."""
     at = 0
     for m in TAG.finditer(text):
         yield line_of(text, at), text[at:m.start()]
@@ -86,17 +86,17 @@ def prose_of_html(text):
 
 
 def pieces_of_slash(text):
-    """(start, end, whether it is a comment) of the comments and string literals of C++ and TypeScript."""
+    """Yields (start, end, is it a comment) of the comments and string literals of C++ and TypeScript."""
     for m in SLASH.finditer(text):
         yield m.start(), m.end(), bool(m["comment"])
 
 
 def pieces_of_python(text):
-    """The same of Python. A docstring is a comment."""
+    """The same for Python. A docstring counts as a comment."""
     starts = [0]
     for line in text.splitlines(keepends=True):
         starts.append(starts[-1] + len(line))
-    begun = True  # of a statement
+    begun = True  # true at the start of a statement
     for token in tokenize.generate_tokens(io.StringIO(text).readline):
         start, end = (starts[line - 1] + column for line, column in (token.start, token.end))
         if token.type in {tokenize.COMMENT, tokenize.STRING, F_STRING}:
@@ -119,18 +119,18 @@ def parts_of_code(text, pieces):
         if not is_comment:
             strings.append((line, piece))
             continue
-        indented = text[start - column + 1:start] + piece  # so that the same indentation leaves each line
+        indented = text[start - column + 1:start] + piece  # prose_of_comment removes this indentation
         prose = prose_of_comment(piece if between.strip() or not piece.startswith('"') else indented)
         if not between.strip() and last == (line - 1, column):
             comments[-1][1] += "\n" + prose
         else:
             comments.append([line, prose])
-        last = (line, column)  # a comment of the next line that begins there continues it
+        last = (line, column)  # a comment on the next line at this column continues this one
     return comments, strings, "".join([*code, text[at:]])
 
 
 def findings(name, text):
-    """(line, what, sentence) of a file."""
+    """Yields (line, kind of finding, sentence) of a file."""
     suffix = pathlib.Path(name).suffix
     if suffix == ".md":
         prose, strings, code = [(1, prose_of_page(text))], [], ""
@@ -157,7 +157,7 @@ def findings(name, text):
 
 
 def read_allowed():
-    """[glob, text, reason] of each line."""
+    """Returns [glob, text, reason] for each line of ALLOWED."""
     lines = ALLOWED.read_text(encoding="utf-8").splitlines()
     return [[field.strip() for field in line.split("|")] for line in lines if line and line[0] != "#"]
 

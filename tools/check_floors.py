@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Checks that every module uses only lower floors (docs/architecture.md). It checks the includes
-and, given a build folder, the symbols that object files need. It also checks that all JSON goes
-through kibori/base/json.h, which limits its depth. Prints one line per violation and exits with 1.
+"""Checks that every module (room) uses only modules on lower floors (docs/architecture.md). It checks the includes.
+If a build folder is given, it also checks the symbols that object files need. All JSON must go
+through kibori/base/json.h, which limits its depth. Only kibori/net may include Boost.Beast, which is
+slow to compile. Prints one line per violation. Exits with 1 if there is one.
 
 Usage: check_floors.py [BUILD_DIR]
 """
@@ -13,7 +14,7 @@ import sys
 
 FLOORS = [
     {"base"},
-    {"geometry"},
+    {"geometry", "net"},
     {"dexel"},
     {"solid"},
     {"edit", "formats", "measure", "picture", "surface"},
@@ -64,8 +65,17 @@ def by_parsers(root):
                 yield f"{path}:{number}: parses JSON; use parse_json of kibori/base/json.h"
 
 
+def by_network(root):
+    for path in sorted(file for folder in ("kibori", "apps", "python") for file in root.glob(f"{folder}/**/*.*")):
+        if path.suffix not in (".h", ".cpp") or path.is_relative_to(root / "kibori/net"):
+            continue
+        for number, line in enumerate(path.read_text().splitlines(), 1):
+            if re.match(r'\s*#\s*include\s*[<"]boost/beast', line):
+                yield f"{path}:{number}: includes Boost.Beast; use kibori/net/web.h"
+
+
 def module_of(path):
-    """The module of an object file: of one source, or of several sources of a folder (cmake/unite.cmake)."""
+    """The module of an object file. The file holds one source, or several of a folder (cmake/unite.cmake)."""
     folder = next(i for i, part in enumerate(path.parts) if part.endswith(".dir"))
     first = path.parts[folder + 1]
     return path.name.removeprefix("unity_").split("_")[0] if first == "Unity" else first
@@ -96,7 +106,7 @@ def by_links(root, build):
 
 if __name__ == "__main__":
     root = pathlib.Path(__file__).resolve().parent.parent
-    found = list(by_includes(root)) + list(by_parsers(root))
+    found = list(by_includes(root)) + list(by_parsers(root)) + list(by_network(root))
     if len(sys.argv) > 1:
         found += by_links(root, pathlib.Path(sys.argv[1]))
     print("\n".join(found) if found else "floors hold")

@@ -4,8 +4,8 @@
 
     PYTHONPATH=build/release/python tools/forces.py docs
 
-`./dev forces` builds the module and runs this. Every force is measured by carving: nothing is
-computed from the law here but the curves it is compared with.
+`./dev forces` builds the module and runs this script. Every force is measured by carving. Only the
+curves for comparison are computed from the law.
 """
 import math
 import pathlib
@@ -43,7 +43,7 @@ def without_rings(name: str, fibre) -> kibori.Material:
 
 
 def chisel_force(material: kibori.Material, thickness: float, pitch: float = 0.0) -> float:
-    """Mean force [N] against the motion of a chisel that takes a chip of that thickness."""
+    """Mean force [N] on a chisel, opposite to its motion, while it removes a chip of this thickness."""
     pitch = pitch or min(0.25, max(thickness / 2.3, 0.06))
     model = kibori.Model.block(size=(7.03, WIDTH + 3, 3.07), pitch=pitch, material=material)
     tool = kibori.Box(size=(1.5, WIDTH, 6))
@@ -60,7 +60,7 @@ def measure(name: str) -> dict[str, list[float]]:
 
 
 def plot(name: str, forces: dict[str, list[float]], k) -> str:
-    """Force over thickness, both logarithmic, as SVG."""
+    """Plots force over thickness as SVG, with logarithmic axes."""
     wide, high, left, bottom, top = 460, 330, 56, 44, 30
     low_t, high_t = 0.04, 2.0
     highest = 1.3 * max(max(f) for f in forces.values())
@@ -116,7 +116,7 @@ def residuals(name: str, forces, k) -> str:
 
 
 def ball_section(radius: float, depth: float) -> tuple[float, float]:
-    """Area and width of the rectangle with equal variance, of the groove of a ball."""
+    """Area of a ball's groove, and width of the rectangle that has the same area and variance."""
     y = np.linspace(-radius, radius, 200001)
     h = np.clip(np.sqrt(radius**2 - y**2) - (radius - depth), 0, None)
     area = np.trapz(h, y)
@@ -142,7 +142,7 @@ def ball_rows() -> list[str]:
 
 
 def powered(name: str, radius: float, depth: float, pitch: float) -> float:
-    """Largest force [N] on the hand that leads a powered ball burr along a groove."""
+    """Maximum force [N] on the hand that moves a powered ball burr along a groove."""
     model = kibori.Model.block(size=(6 * radius, 4 * radius, 3 * radius), pitch=pitch, material=name)
     xs = np.arange(-1.5 * radius, 4 * radius, 0.2 * pitch)
     path = np.stack([xs, np.full_like(xs, 2 * radius), np.full_like(xs, 3 * radius - depth)], axis=1)

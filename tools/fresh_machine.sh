@@ -34,7 +34,7 @@ while [ $# -gt 0 ]; do
 done
 say() { printf '\033[1m==> %s\033[0m\n' "$*" >&2; }
 die() { printf 'fresh_machine.sh: %s\n' "$*" >&2; exit 2; }
-[ "$(id -u)" -eq 0 ] || die "run it as root: it changes roots"
+[ "$(id -u)" -eq 0 ] || die "run it as root, because it uses chroot"
 for step in ${steps//,/ }; do
   case "$step" in run | bench | package | test | command) ;; *) die "no step '$step'; there are run, bench, package, test" ;; esac
 done
@@ -66,7 +66,8 @@ host_settings() { # root
   for file in /etc/apt/auth.conf /etc/apt/auth.conf.d/*; do copy_into "$root" "$file"; done
 }
 
-# Runs a command in a root with its own mounts and processes. All of them end with the command.
+# Runs a command in a root, in its own namespaces of mounts and processes. Mounts and processes that
+# remain are removed when the command ends.
 inside() { # root command
   local environment=(HOME=/root PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin LANG=C.UTF-8 TERM=dumb) name
   for name in "${settings[@]}"; do
@@ -83,7 +84,7 @@ inside() { # root command
     exec chroot "$root" /usr/bin/env -i "$@" /bin/bash -c "$command"' inside "$1" "$2" "${environment[@]}"
 }
 
-# The bare root: apt, its sources and certificates, and no build tools.
+# Makes the bare root, unless it exists: apt with its sources, certificates, and no build tools.
 base() {
   [ ! -e "$folder/base.done" ] || return 0
   command -v mmdebstrap >/dev/null || {
@@ -107,7 +108,8 @@ base() {
   touch "$folder/base.done"
 }
 
-# Waits until the studio has printed its address and has sent its page from there.
+# Runs the studio until it prints its address and sends its page from there. Then stops it. Without
+# curl on the host, the address is enough.
 until_address() { # root
   inside "$1" 'cd /root/kibori && exec ./dev run' &
   local studio=$! address status=1

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# Makes a wheel and Debian packages of a build in OUT_DIR. Usage: package.sh BUILD_DIR OUT_DIR
+# Makes a wheel and Debian packages from the build in BUILD_DIR, and moves them to OUT_DIR.
+# Usage: package.sh BUILD_DIR OUT_DIR
 set -euo pipefail
 build=$(realpath "$1"); mkdir -p "$2"; out=$(realpath "$2")
 cd "$(dirname "${BASH_SOURCE[0]}")/.."

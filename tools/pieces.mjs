@@ -6,8 +6,8 @@
 //
 // Each shape is a signed distance. The ball moves down along the line of sight until it touches the
 // shape. Its position gives the point of the window and the pen's pressure. Depth is measured from
-// a set plane, the tool points along the view, and the view is orthographic. So a pen can reach any
-// position exactly.
+// a fixed plane ("Plane that you set"). The tool points along the view, and the view is
+// orthographic. So a pen can reach any position exactly.
 //
 // Writes NAME.png, NAME.kibori, NAME.stl and NAME-forces.csv to OUT_FOLDER, and figure-page.png of
 // the whole page. It fails if a piece is not one body. The pictures of docs/ are made by: pngquant
@@ -56,7 +56,7 @@ const length = (a) => Math.hypot(...a);
 const unit = (a) => a.map((x) => x / length(a));
 const clamp = (x, low, high) => Math.min(high, Math.max(low, x));
 const mix = (a, b, t) => a + t * (b - a);
-/** The minimum or maximum, rounded where both are almost equal. */
+/** The minimum of two distances, rounded where they are almost equal. */
 const smoothMin = (a, b, k) => {
   const h = Math.max(k - Math.abs(a - b), 0) / k;
   return Math.min(a, b) - (h * h * k) / 4;
@@ -228,7 +228,7 @@ export class Bench {
       this.strokes++;
     }
     await page.keyboard.up("b");
-    // When the last stroke is a step, the tool rests.
+    // The next checks need a tool at rest. It rests when the last stroke has become a step.
     await until(
       page,
       "a step; was anything cut?",
@@ -262,10 +262,10 @@ export class Bench {
   /** Sets the light by its widget, -1 to 1 to the right and up. */
   async light(right, up) {
     const { page } = this;
-    await page.locator("#look-box summary").click();
+    await page.locator("#look-box > summary").click();
     const { x, y, width, height } = await page.locator("#light").boundingBox();
     await page.mouse.click(x + (width * (1 + right)) / 2, y + (height * (1 - up)) / 2);
-    await page.locator("#look-box summary").click();
+    await page.locator("#look-box > summary").click();
     await page.mouse.move(SIZE.width / 3, 20);
     await this.settled();
   }
@@ -306,12 +306,12 @@ export class Bench {
   }
   async picture(name = this.name) {
     const { page } = this;
-    await page.locator("#look-box summary").click();
+    await page.locator("#look-box > summary").click();
     await page.locator("#picture").click();
     await page.locator("#capture-width").fill(String(PICTURE.width));
     await page.locator("#capture-height").fill(String(PICTURE.height));
     await this.download(() => page.locator("#capture-save").click(), `${name}.png`);
-    await page.locator("#look-box summary").click();
+    await page.locator("#look-box > summary").click();
   }
   async export(format, name) {
     const { page } = this;
@@ -403,7 +403,7 @@ function readStl(path) {
   return { bodies: [...bodies.values()].sort((a, b) => b - a), vertices };
 }
 
-/** The volume of a shape by equally spaced samples within half sizes. */
+/** The volume of a shape in a box about the origin, by samples. `half` is half the box's size. */
 function volumeOf(distance, half, step) {
   let sum = 0;
   for (let x = -half[0] + step / 2; x < half[0]; x += step)
@@ -455,8 +455,9 @@ function drop(bench, distance, radius, place, { allowance = 0, from, floor }) {
 }
 
 /**
- * A zigzag path over a rectangle of the view, `wide` by `high` about a position, with rows `apart`.
- * `layer` is the max depth of one pass; rows without work are left out. Each layer is one stroke.
+ * A zigzag path over a rectangle of the view: `wide` by `high`, with its centre at `about`. `apart`
+ * is the distance of rows. `layer` is the max depth of one pass. Rows that remove nothing are left
+ * out. Each layer is one stroke.
  */
 function raster(bench, distance, how) {
   const {
@@ -528,7 +529,7 @@ function spiral(
   while (r > inner) {
     path.push(last);
     const turn = Math.min(0.3, along / Math.max(r, 0.2));
-    // Measure the slope half a step inwards.
+    // Measures the slope half a ring further inwards.
     const here = dot(at(r, angle), axis),
       next = dot(at(Math.max(inner, r - apart / 2), angle), axis);
     slope = mix(slope, clamp(Math.abs(next - here) / (apart / 2), 0, 8), 0.1);
@@ -589,7 +590,7 @@ function bowlShape() {
   for (let i = 1; i < 8; i++)
     lip.push([22.6 + 1.2 * Math.cos((i * Math.PI) / 8), 14.2 + 0.75 * Math.sin((i * Math.PI) / 8)]);
   const plain = polygon([...foot, ...outside.slice(1), ...lip, ...inside.reverse()]);
-  // A quarter turn of the profiles, by height. The mean of both is inside the wood.
+  // Both profiles are distorted quarter circles. The mean of both is inside the wood.
   const turned = (share) => Math.sin(Math.acos(1 - clamp(share, 0, 1)));
   const between = (high) => {
     const outer = 10.4 + 13.4 * turned(Math.max(0, (high + 12.9) / 27.1) ** (1 / 0.92)) ** 0.95;
@@ -611,7 +612,7 @@ async function bowl() {
   const bench = await Bench.begin("bowl", { stock: 0, wood: "oak", long: 80, detail: 512 }),
     shape = bowlShape(),
     lap = timer();
-  // Inside, from above. Material outside the opening and below the lip stays for now.
+  // Carves the inside from above. Keeps material outside the opening and below the lip for later.
   const neighbour = ([x, y, z]) =>
     Math.hypot(Math.max(0, 23 - Math.hypot(x, y)), Math.max(0, z - 13.6));
   const hollow = (place) => Math.min(shape(place), neighbour(place));
@@ -634,7 +635,7 @@ async function bowl() {
   await bench.choose({ radius: 4 });
   await bench.carve(spiral(bench, hollow, { ...room, outer: 27, apart: 0.45, radius: 4 }));
   lap("inside, fine");
-  // Outside, from below.
+  // Carves the outside from below.
   await bench.look([0, 0, -1]);
   await bench.setPlane([0, 0, -15]);
   await bench.choose({ radius: 6 });
@@ -826,7 +827,7 @@ function contours(value, level, step = 0.1) {
   const place = (i, k) => [i * step - PANEL.wide / 2, k * step - PANEL.high / 2];
   for (let k = 0; k <= h; k++)
     for (let i = 0; i <= w; i++) f[k * (w + 1) + i] = value(...place(i, k)) - level || 1e-9;
-  // An edge has the name of its first node and its direction.
+  // The number of an edge is computed from its first node and its direction.
   const from = new Map();
   const cut = (i, k, direction) => 2 * (k * (w + 1) + i) + direction;
   for (let k = 0; k < h; k++)
@@ -1092,7 +1093,7 @@ function owlShape([px, y, z]) {
     const rib = 0.5 - 0.5 * Math.cos((2 * Math.PI * px) / 3.6);
     d += 0.5 * rib * smoothstep(-15, -19, z) * smoothstep(10, 13, y);
   }
-  // Avoid slits at the foot that no tool reaches. The toes grip the wood.
+  // Blend the foot into the plinth, because no tool reaches narrow slits. The toes grip the wood.
   d = smoothMin(d, plinth, 4.5);
   for (const aside of [-2.9, 0, 2.9])
     d = smoothMin(

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Runs clang-tidy on the .cpp files changed against the main branch's previous commit (or
-uncommitted).
+"""Runs clang-tidy on the .cpp files of kibori/ and apps/ that the last commit changed, and on those with uncommitted
+changes.
 
-Usage: tidy_changed.py. Skips vector kernels, because clang-tidy does not follow Highway's per-target
-includes. Configures build/tidy, in which each source is compiled alone, and builds nothing there.
+Usage: tidy_changed.py. Skips vector kernels, because clang-tidy does not follow Highway's per-target includes.
+Configures build/tidy, where each source is compiled alone. Builds nothing there.
 """
 import concurrent.futures
 import os

@@ -13,7 +13,7 @@
 class DocumentCommands {
  public:
   explicit DocumentCommands(CLI::App& app);
-  // Whether the user gave one of them.
+  // True if the user gave one of these commands.
   bool given() const { return *replay_ || *verify_ || *history_ || *bodies_ || *export_; }
   // Runs the command. Returns its exit status.
   int run() const;

@@ -8,9 +8,11 @@
 #include <cstdlib>
 #include <exception>
 #include <filesystem>
+#include <memory>
 #include <new>
 #include <string>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include <sys/resource.h>
@@ -21,6 +23,7 @@
 #include <kibori/base/file.h>
 #include <kibori/run/carving.h>
 #include <kibori/body/body_surface.h>
+#include <kibori/document/document.h>
 #include <kibori/report/convert.h>
 #include <kibori/run/documents.h>
 #include <kibori/report/export.h>
@@ -38,6 +41,7 @@
 
 #include "apps/cli/common.h"
 #include "apps/cli/document_commands.h"
+#include "apps/cli/gcode_command.h"
 #include "apps/cli/mill_command.h"
 #include "apps/cli/outputs.h"
 #include "apps/cli/servo_commands.h"
@@ -45,7 +49,8 @@
 
 namespace {
 
-// The tool shapes as text of a comment that begins in column `indent`.
+// Returns the tool shapes as the text of a TOML comment, whose further lines begin in column
+// `indent`.
 std::string shape_list(size_t indent) {
   std::string text;
   size_t column = indent;
@@ -311,10 +316,10 @@ kibori::Status check_outputs(const CarveArguments& arguments, const kibori::Scen
   outputs.writes("--picture", arguments.picture);
   outputs.writes("--height-map", arguments.exports.height_map);
   outputs.writes_folder("--layers", arguments.exports.layers, "." + arguments.exports.layer_format);
-  if (const Status can = outputs.check(); !can) return can;
-  if (const Status can = check_exports(arguments.exports); !can) return can;
+  if (Status can = outputs.check(); !can) return can;
+  if (Status can = check_exports(arguments.exports); !can) return can;
   if (!arguments.mesh.empty())
-    if (const Status known = check_surface_ending(arguments.mesh); !known) return known;
+    if (Status known = check_surface_ending(arguments.mesh); !known) return known;
   if (!arguments.document.empty() && !is_document(arguments.document))
     return Error{arguments.document + ": documents are written as .kibori"};
   return arguments.picture.empty() ? Status(Ok{}) : check_picture(arguments.picture);
@@ -333,31 +338,36 @@ kibori::CarveOptions carve_options(const CarveArguments& arguments) {
   return options;
 }
 
+// Sets the colours and rings of the materials, and what the rings depend on.
+void set_materials(kibori::PictureOptions& picture, std::vector<kibori::Rgb>& colors,
+                   const std::vector<kibori::Material>& materials, const kibori::Lattice& lattice) {
+  for (const kibori::Material& material : materials) {
+    colors.push_back(material.color);
+    picture.contrasts.push_back(kibori::ring_contrast(material.name));
+  }
+  picture.log = kibori::log_cut_of(materials);
+  picture.plank = lattice.to_mm(lattice.base());
+}
+
 // Writes all requested outputs except the document. `picture` holds the options of --picture.
 kibori::Status write_outputs(const CarveArguments& arguments, const kibori::Scene& scene,
                              const kibori::Carving& carving, kibori::PictureOptions picture) {
   using namespace kibori;
   if (!arguments.forces.empty())
-    if (const Status ok = write_text(arguments.forces, forces_csv(carving)); !ok) return ok;
+    if (Status ok = write_text(arguments.forces, forces_csv(carving)); !ok) return ok;
   if (!arguments.plot.empty()) {
     const ForceLaw& law = scene.force.law;
     const std::string title = std::filesystem::path(arguments.scene).stem().string() +
                               ": force and moment, model " + model_title(law);
-    if (const Status ok =
-            write_text(arguments.plot, forces_svg(carving, title, model_note(law.model)));
+    if (Status ok = write_text(arguments.plot, forces_svg(carving, title, model_note(law.model)));
         !ok)
       return ok;
   }
   std::vector<Rgb> colors;
-  for (const Material& material : scene.materials) {
-    colors.push_back(material.color);
-    picture.contrasts.push_back(ring_contrast(material.name));
-  }
-  picture.log = log_cut_of(scene.materials);
   const Snapshot model = carving.model->snapshot();
-  picture.plank = model.lattice.to_mm(model.lattice.whole());
+  set_materials(picture, colors, scene.materials, model.lattice);
   if (!arguments.picture.empty())
-    if (const Status ok =
+    if (Status ok =
             save_picture(arguments.picture, surface_of(carving.bodies.all, arguments.threads),
                          colors, picture, arguments.drawing.up);
         !ok)
@@ -526,8 +536,8 @@ int run_info(const InfoArguments& arguments) {
   return written();
 }
 
-// Reads a mesh or a document to draw or compare. Warns about everything that was left out of the
-// file or may be missing.
+// Reads a mesh or a document to draw or compare. Warns about content that was not read or may be
+// missing in the file.
 kibori::Result<kibori::TriangleMesh> read_for_looking(const std::string& file, int threads) {
   using namespace kibori;
   std::vector<std::string> notes;
@@ -594,8 +604,8 @@ struct PictureCommandArguments {
 };
 
 CLI::App* add_picture(CLI::App& app, PictureCommandArguments& arguments) {
-  CLI::App* const command =
-      app.add_subcommand("picture", "Draw a mesh: ray traced, soft shadows, wood or plain");
+  CLI::App* const command = app.add_subcommand(
+      "picture", "Draw a mesh or document: ray traced, soft shadows, wood or plain");
   command->add_option("FILE", arguments.file, mesh_or_document())->required();
   command->add_option("OUT", arguments.out, "picture to write: .png")->required();
   add_picture_options(command, arguments.drawing);
@@ -603,6 +613,33 @@ CLI::App* add_picture(CLI::App& app, PictureCommandArguments& arguments) {
       ->check(CLI::Range(1, 256))
       ->capture_default_str();
   return command;
+}
+
+// Of a mesh, and of a document that states no material.
+constexpr kibori::Rgb kPlainColor{196, 150, 100};
+
+// Draws all bodies of a document with their materials and paint.
+kibori::Status draw_document(const PictureCommandArguments& arguments,
+                             kibori::PictureOptions options) {
+  using namespace kibori;
+  const Result<std::unique_ptr<Document>> opened =
+      Document::open(arguments.file, Document::Access::read);
+  if (!opened) return Error{opened.error()};
+  const Document& document = *opened.value();
+  for (const std::string& note : document_notes(document))
+    std::fprintf(stderr, "kibori: warning: %s\n", note.c_str());
+  // Its error says which steps of a damaged document are whole.
+  if (const auto model = model_at_head(document); !model) return Error{model.error()};
+  const Result<BodyList> bodies = document.load_bodies(document.head());
+  if (!bodies) return Error{bodies.error()};
+  Surface surface = surface_of(bodies.value().all, arguments.drawing.threads);
+  if (surface.triangles.empty())
+    return Error{document.name() +
+                 ": there is no material left; undo the last step or choose an earlier one"};
+  std::vector<Rgb> colors;
+  set_materials(options, colors, document_materials(document), document.lattice());
+  if (colors.empty()) colors.push_back(kPlainColor);
+  return save_picture(arguments.out, std::move(surface), colors, options, arguments.drawing.up);
 }
 
 int run_picture(const PictureCommandArguments& arguments) {
@@ -614,24 +651,29 @@ int run_picture(const PictureCommandArguments& arguments) {
   if (const Status can = outputs.check(); !can) return bad_input(can.error());
   const Result<PictureOptions> options = picture_options(arguments.drawing);
   if (!options) return bad_input(options.error());
+  if (is_document(arguments.file)) {
+    const Status saved = draw_document(arguments, options.value());
+    return saved ? 0 : bad_input(saved.error());
+  }
   const Result<TriangleMesh> mesh = read_for_looking(arguments.file, arguments.drawing.threads);
   if (!mesh) return bad_input(mesh.error());
   std::string up = arguments.drawing.up;
-  if (up == "auto" && !is_document(arguments.file)) {
+  if (up == "auto") {
     const Orientation own = guess_up(ending_of(arguments.file), mesh.value()).orientation;
     up = signed_axis_text(own.up);
     up = up.substr(up.find_first_of("xyz"), 1);
   }
-  const Status saved = save_picture(arguments.out, surface_of_mesh(mesh.value()), {{196, 150, 100}},
+  const Status saved = save_picture(arguments.out, surface_of_mesh(mesh.value()), {kPlainColor},
                                     options.value(), up);
   return saved ? 0 : bad_input(saved.error());
 }
 
-// Minimum stack size. Every thread has it; carving and parsing use a part of it.
+// Minimum limit of the stack size. Every new thread gets a stack of the limit, and carving and
+// parsing need a part of it.
 constexpr rlim_t kMinStackBytes = rlim_t{1} << 20;
 
-// The terminate handler. It handles, for example, a thread without memory or a thread that could
-// not start. A document contains everything up to the last flush, as after a kill.
+// The terminate handler. It runs, for example, if a thread has no memory or cannot start. A
+// document contains everything up to the last flush, as after a kill.
 [[noreturn]] void end_with_a_sentence() {
   const char* reason = "unknown error; please report it with the command that you ran";
   try {
@@ -645,7 +687,7 @@ constexpr rlim_t kMinStackBytes = rlim_t{1} << 20;
         "the system allows no more threads; an open document contains everything so far. Raise the "
         "limit with 'ulimit -u'";
   } catch (...) {
-    // The general message stays.
+    // Keep the general message.
   }
   std::fprintf(stderr, "kibori: stopped: %s\n", reason);
   std::_Exit(2);
@@ -683,6 +725,7 @@ int main(int argc, char** argv) {
   PictureCommandArguments picture_arguments;
   const CLI::App* const picture = add_picture(app, picture_arguments);
   const MillCommand mill(app);
+  const GcodeCommand gcode(app);
   ServoCommands by_hand(app);
   DocumentCommands documents(app);
   StudioCommand in_the_browser(app);
@@ -697,6 +740,7 @@ int main(int argc, char** argv) {
     if (documents.given()) return documents.run();
     if (by_hand.given()) return by_hand.run();
     if (mill.given()) return mill.run();
+    if (gcode.given()) return gcode.run();
     if (in_the_browser.given()) return in_the_browser.run();
     if (*convert) return run_convert(convert_arguments);
     if (*info) return run_info(info_arguments);

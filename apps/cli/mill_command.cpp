@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "apps/cli/mill_command.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -11,15 +12,14 @@
 #include <kibori/formats/png_file.h>
 #include <kibori/formats/surface_file.h>
 #include <kibori/geometry/wood.h>
-#include <kibori/mill/tool_table.h>
+#include <kibori/mill/machining.h>
 #include <kibori/picture/picture.h>
 #include <kibori/report/convert.h>
 #include <kibori/report/export.h>
 #include <kibori/report/mill_report.h>
 #include <kibori/run/documents.h>
-#include <kibori/run/milling.h>
+#include <kibori/run/milling_plan.h>
 #include <kibori/run/milling_target.h>
-#include <kibori/run/workpiece.h>
 #include <kibori/surface/surface.h>
 
 #include "apps/cli/outputs.h"
@@ -30,16 +30,15 @@ namespace {
 
 // Exit status of --strict if there is a collision or a gouge.
 constexpr int kCollided = 3;
-// Default pitch: the longest side of the stock divided by this.
-constexpr double kDefaultCells = 256;
 
 const char* const kFooter =
     "Examples:\n"
     "  kibori mill part.nc --stock 0,0,-20,80,80,0 --tools tools.toml --mesh part.stl\n"
     "  kibori mill job.camotics --picture part.png\n"
+    "  kibori mill job.toml -o part.kibori\n"
     "The stock is a block from its lower to its upper corner, in the program's coordinates (G54), "
     "a mesh,\n"
-    "or a document. docs/milling.md explains G-code, tool tables and machine files.\n"
+    "or a document. docs/milling.md explains G-code, tool tables, machine files and job files.\n"
     "Exit status: 0 done, 2 bad input, 3 a collision or a gouge with --strict.";
 
 std::optional<Box> parse_box(const std::string& text) {
@@ -57,24 +56,14 @@ void warn(const std::string& text) {
 
 }  // namespace
 
-struct MillCommand::Job {
-  std::vector<std::filesystem::path> programs;
-  std::optional<MillStock> stock;
-  std::optional<double> pitch_mm;
-  MillOptions options;
-  std::unique_ptr<TriDexel> model, fixtures;
-  std::vector<Material> materials;
-  std::optional<MillTarget> target;
-  std::optional<TargetReport> report;
-  Surface map;  // what is left, painted by its deviation from the target
-};
-
 MillCommand::MillCommand(CLI::App& app) {
   command_ = app.add_subcommand(
       "mill", "Run programs of a milling machine: G-code to a solid, collisions and forces");
   command_
-      ->add_option("PROGRAM", programs_,
-                   "G-code, a listing of LinuxCNC's rs274 -g, or a job of CAMotics (.camotics)")
+      ->add_option(
+          "PROGRAM", programs_,
+          "G-code, a listing of LinuxCNC's rs274 -g, a job of CAMotics (.camotics), or a job "
+          "file (.toml) with several set-ups")
       ->required();
   command_
       ->add_option("--stock", stock_,
@@ -126,7 +115,20 @@ MillCommand::MillCommand(CLI::App& app) {
   command_
       ->add_option("--lines", lines_, "write removed volume, engagement and force of every line")
       ->type_name("FILE.csv");
-  command_->add_option("-o,--output", document_, "write a document with the result")
+  command_
+      ->add_option(
+          "--feed-for", feed_for_,
+          "limits of the estimated force (force=N) and power (power=W) of each line, and of "
+          "new feed rates (min=, max= in mm/min): --feed-to gets feed rates that keep them")
+      ->type_name("force=N,...")
+      ->delimiter(',');
+  command_
+      ->add_option("--feed-to", feed_to_,
+                   "write the program with the feed rates of --feed-for; nothing else changes")
+      ->type_name("FILE");
+  command_
+      ->add_option("-o,--output", document_,
+                   "write a document: a step for each tool, with the line of every move")
       ->type_name("FILE.kibori");
   command_->add_flag("--z-only", z_only_,
                      "edit the z field only: faster, for volumes and collisions with three axes; "
@@ -141,81 +143,59 @@ MillCommand::MillCommand(CLI::App& app) {
   command_->footer(kFooter);
 }
 
-// Reads the programs, and the stock, tools and resolution of a CAMotics job.
-Status MillCommand::read_programs(Job& job) const {
-  for (const std::string& name : programs_) {
-    if (ending_of(name) != ".camotics") {
-      job.programs.emplace_back(name);
-      continue;
-    }
-    Result<MillProject> project = read_camotics(name);
-    if (!project) return Error{project.error()};
-    MillProject& read = project.value();
-    if (read.programs.empty()) return Error{name + ": 'files' has no program; add one"};
-    job.programs.insert(job.programs.end(), read.programs.begin(), read.programs.end());
-    if (!job.options.tools.tools.empty())
-      return Error{name + ": is a second job; give one .camotics file, and name further programs"};
-    job.options.tools = std::move(read.tools);
-    if (read.workpiece_mm) job.stock = *read.workpiece_mm;
-    job.pitch_mm = read.pitch_mm;
+Result<MillPlan> MillCommand::make_plan() const {
+  MillRequest request;
+  request.programs.assign(programs_.begin(), programs_.end());
+  if (const auto box = parse_box(stock_))
+    request.stock = *box;
+  else if (!stock_.empty())
+    request.stock = std::filesystem::path(stock_);
+  request.tools = tools_;
+  request.machine = machine_;
+  request.fixtures.assign(fixtures_.begin(), fixtures_.end());
+  request.target = target_;
+  if (tool_ > 0) request.tool = tool_;
+  if (pitch_ > 0) request.pitch_mm = pitch_;
+  if (tolerance_ > 0) request.tolerance_mm = tolerance_;
+  if (command_->count("--material") > 0) request.material = material_;
+  request.threads = threads_;
+  request.z_only = z_only_;
+  request.forces = !lines_.empty();
+  if (!feed_for_.empty()) {
+    request.feed_limits.emplace();
+    for (const std::string& one : feed_for_)
+      if (const Status ok = set_feed_limit(*request.feed_limits, one); !ok)
+        return Error{ok.error()};
   }
-  return Ok{};
+  request.warning = warn;
+  return plan_milling(request);
 }
 
-Status MillCommand::prepare(Job& job) const {
-  if (const Status ok = read_programs(job); !ok) return ok;
-  if (!tools_.empty()) {
-    Result<ToolTable> table = read_tools(tools_);
-    if (!table) return Error{table.error()};
-    job.options.tools = std::move(table.value());
-  }
-  for (const std::string& warning : job.options.tools.warnings) warn(warning);
-  if (!machine_.empty()) {
-    Result<Machine> machine = read_machine(machine_);
-    if (!machine) return Error{machine.error()};
-    job.options.machine = std::move(machine.value());
-  }
-  if (!stock_.empty()) {
-    if (const auto box = parse_box(stock_))
-      job.stock = *box;
-    else
-      job.stock = std::filesystem::path(stock_);
-  }
-  if (!job.stock)
-    return Error{"there is no stock; give its corners, as in --stock 0,0,-20,80,80,0, or a file"};
-  if (const Box* const box = std::get_if<Box>(&*job.stock); box && !(box->size().array() > 0).all())
-    return Error{"--stock must be its lower corner and then its upper one: X0,Y0,Z0,X1,Y1,Z1"};
-  job.options.material = *machining_material(material_);
-  job.materials = {job.options.material};
-  job.options.threads = threads_;
-  job.options.z_only = z_only_;
-  if (tool_ > 0) job.options.tool = tool_;
-  job.options.forces = !lines_.empty();
-  for (const MillTool& tool : job.options.tools.tools) job.options.forces |= tool.teeth > 0;
-  return Ok{};
-}
-
-Status MillCommand::check_outputs(const Job& job) const {
+Status MillCommand::check_outputs(const MillPlan& plan) const {
   Outputs outputs;
-  for (const auto& program : job.programs) outputs.reads(program);
   for (const std::string& name : programs_) outputs.reads(name);
   outputs.reads(tools_);
   outputs.reads(machine_);
-  if (const auto* path = std::get_if<std::filesystem::path>(&*job.stock)) outputs.reads(*path);
+  if (const auto* path = std::get_if<std::filesystem::path>(&*plan.stock)) outputs.reads(*path);
+  for (const MillSetup& setup : plan.setups) {
+    for (const auto& program : setup.programs) outputs.reads(program);
+    for (const auto& fixture : setup.fixture_files) outputs.reads(fixture);
+    outputs.reads(setup.target_file);
+  }
   outputs.makes_document("-o", document_);
   outputs.writes("--mesh", mesh_);
   outputs.writes("--picture", picture_);
   outputs.writes("--lines", lines_);
   outputs.writes("--map", map_);
-  outputs.reads(target_);
-  for (const std::string& fixture : fixtures_) outputs.reads(fixture);
+  outputs.writes("--feed-to", feed_to_);
   if (const Status can = outputs.check(); !can) return can;
-  if (z_only_ && !(mesh_.empty() && picture_.empty() && document_.empty() && target_.empty()))
+  if (z_only_ && !(mesh_.empty() && picture_.empty() && document_.empty() && !plan.has_target()))
     return Error{
         "--z-only computes no surface; omit it to write a mesh, picture or document, or to compare "
         "with a target"};
-  if (target_.empty() && (!map_.empty() || tolerance_ > 0))
+  if (!plan.has_target() && (!map_.empty() || tolerance_ > 0))
     return Error{"--map and --tolerance need the part to compare with; give it with --target"};
+  if (const Status ok = check_feeds(plan); !ok) return ok;
   if (!map_.empty() && ending_of(map_) != ".png") {
     if (const Status known = check_surface_ending(map_); !known) return known;
     if (ending_of(map_) == ".stl")
@@ -231,79 +211,40 @@ Status MillCommand::check_outputs(const Job& job) const {
   return Ok{};
 }
 
-// Makes the models of stock, fixtures and target, all on one lattice.
-Status MillCommand::make_models(Job& job) const {
-  MillStockOptions options;
-  if (const Box* const box = std::get_if<Box>(&*job.stock))
-    options.pitch_mm = box->size().maxCoeff() / kDefaultCells;
-  if (job.pitch_mm) options.pitch_mm = *job.pitch_mm;
-  if (pitch_ > 0) options.pitch_mm = pitch_;
-  options.threads = threads_;
-  options.warning = warn;
-  std::vector<MillMesh> fixtures;
-  std::optional<MillMesh> target;
-  const auto read = [&](const std::string& file) -> Result<MillMesh> {
-    Result<MillMesh> mesh = read_mill_mesh(file, warn);
-    if (!mesh) return mesh;
-    if (!options.holds) options.holds.emplace();
-    const Box bounds = mesh.value().mesh.bounds();
-    options.holds->include(bounds.min);
-    options.holds->include(bounds.max);
-    return mesh;
-  };
-  for (const std::string& file : fixtures_) {
-    Result<MillMesh> mesh = read(file);
-    if (!mesh) return Error{mesh.error()};
-    fixtures.push_back(std::move(mesh.value()));
-  }
-  if (!target_.empty()) {
-    Result<MillMesh> mesh = read(target_);
-    if (!mesh) return Error{mesh.error()};
-    target = std::move(mesh.value());
-  }
-  Result<std::unique_ptr<TriDexel>> model = make_mill_stock(*job.stock, options);
-  if (!model) return Error{model.error()};
-  job.model = std::move(model.value());
-  if (!fixtures.empty()) {
-    auto made = make_fixtures(fixtures, job.model->lattice(), threads_);
-    if (!made) return Error{made.error()};
-    job.fixtures = std::move(made.value());
-    job.options.fixtures = job.fixtures.get();
-  }
-  if (target) {
-    Result<MillTarget> made = make_target(*target, *job.model, threads_);
-    if (!made) return Error{made.error()};
-    job.target = std::move(made.value());
-    job.options.target = job.target->model.get();
-  }
+Status MillCommand::check_feeds(const MillPlan& plan) const {
+  if (feed_for_.empty() != feed_to_.empty())
+    return Error{
+        "--feed-for and --feed-to need each other, as in --feed-for force=50 --feed-to new.nc"};
+  if (feed_for_.empty()) return Ok{};
+  const FeedLimits& limits = *plan.setups.front().options.feed_limits;
+  if (!std::isfinite(limits.force_n) && !std::isfinite(limits.power_w))
+    return Error{"--feed-for needs a limit, force=N or power=W"};
+  if (limits.max_mm_min && *limits.max_mm_min < limits.min_mm_min)
+    return Error{"--feed-for has a max below min; exchange them"};
+  if (plan.setups.size() != 1 || plan.setups.front().programs.size() != 1)
+    return Error{
+        "--feed-for changes one program; mill the earlier ones with -o and use that document as "
+        "--stock"};
   return Ok{};
 }
 
-Status MillCommand::compare(Job& job, const MillSummary& summary) const {
-  if (!job.target) return Ok{};
-  job.map = extract_surface(job.model->snapshot(), threads_);
-  if (job.map.triangles.empty())
-    return Error{"nothing is left to compare with " + target_ + "; check where the stock is"};
-  Result<TargetReport> report =
-      compare_with_target(summary, *job.target, job.map,
-                          tolerance_ > 0 ? tolerance_ : job.model->lattice().pitch_mm, threads_);
-  if (!report) return Error{report.error()};
-  job.report = std::move(report.value());
-  if (map_.empty()) return Ok{};
-  paint_deviation(job.map, *job.report);
-  if (ending_of(map_) == ".png") return draw(job, map_, job.map);
-  return write_surface(map_, [&](const SurfaceSink& sink) { send_surface(job.map, sink); }, {});
+// Writes what is left, coloured by its deviation from the target.
+Status MillCommand::write_map(const MillPlan& plan, const MillSetup& setup, Surface& left) const {
+  paint_deviation(left, *setup.report);
+  if (ending_of(map_) == ".png") return draw(plan, map_, left);
+  return write_surface(map_, [&](const SurfaceSink& sink) { send_surface(left, sink); }, {});
 }
 
-Status MillCommand::draw(const Job& job, const std::string& file, const Surface& surface) const {
+Status MillCommand::draw(const MillPlan& plan, const std::string& file,
+                         const Surface& surface) const {
   PictureOptions options;
   options.view = *view_named(view_);
   options.threads = threads_;
-  const Lattice& lattice = job.model->lattice();
-  options.plank = lattice.to_mm(lattice.whole());
+  const Lattice& lattice = plan.model->lattice();
+  options.plank = lattice.to_mm(lattice.base());
   options.progress = [](double share) { show_progress("drawing", share); };
   std::vector<Rgb> colors;
-  for (const Material& material : job.materials) {
+  for (const Material& material : plan.materials) {
     colors.push_back(material.color);
     options.contrasts.push_back(ring_contrast(material.name));
   }
@@ -313,46 +254,60 @@ Status MillCommand::draw(const Job& job, const std::string& file, const Surface&
   return write_png_rgb(file, drawn.width, drawn.height, drawn.pixels);
 }
 
-Status MillCommand::write_outputs(const Job& job) const {
+Status MillCommand::write_outputs(const MillPlan& plan) const {
   std::vector<Rgb> colors;
-  for (const Material& material : job.materials) colors.push_back(material.color);
-  const Snapshot model = job.model->snapshot();
+  for (const Material& material : plan.materials) colors.push_back(material.color);
+  const Snapshot model = plan.model->snapshot();
   if (!mesh_.empty()) {
     const Result<size_t> written = write_model(mesh_, model, colors, 0, threads_);
     if (!written) return Error{written.error()};
   }
-  if (!picture_.empty()) return draw(job, picture_, extract_surface(model, threads_));
+  if (!picture_.empty()) return draw(plan, picture_, extract_surface(model, threads_));
   return Ok{};
 }
 
-int MillCommand::run() const {
-  Job job;
-  if (const Status ok = prepare(job); !ok) return bad_input(ok.error());
-  if (const Status ok = check_outputs(job); !ok) return bad_input(ok.error());
-  if (const Status ok = make_models(job); !ok) return bad_input(ok.error());
-
+Status MillCommand::run_programs(MillPlan& plan, std::optional<FeedPlan>& feeds) const {
   std::optional<NewFile> lines;
+  MillPlanOptions options;
+  options.document = document_;
   if (!lines_.empty()) {
     lines.emplace(lines_);
     lines->write(mill_lines_header());
-    job.options.line = [&](const MillLine& line) { lines->write(mill_line_csv(line)); };
   }
-  const Result<MillSummary> summary = run_milling(*job.model, job.programs, job.options);
-  if (!summary) return bad_input(summary.error());
-  if (lines)
-    if (const Status ok = lines->commit(); !ok) return bad_input(ok.error());
-  if (const Status ok = write_outputs(job); !ok) return bad_input(ok.error());
-  if (const Status ok = compare(job, summary.value()); !ok) return bad_input(ok.error());
-  const TargetReport* const report = job.report ? &*job.report : nullptr;
-  std::fputs(
-      (json_ ? mill_json(summary.value(), report) : mill_text(summary.value(), report)).c_str(),
-      stdout);
-  if (!document_.empty()) {
-    auto piece = Workpiece::of(std::move(job.model), job.materials);
-    if (!piece) return bad_input(piece.error());
-    if (const Status ok = piece.value()->save(document_, false); !ok) return bad_input(ok.error());
+  if (!feed_to_.empty()) feeds.emplace(*plan.setups.front().options.feed_limits);
+  if (lines || feeds)
+    options.line = [&](const MillLine& line) {
+      if (lines) lines->write(mill_line_csv(line));
+      if (feeds) feeds->add(line);
+    };
+  if (!map_.empty())
+    options.compared = [&](const MillSetup& setup, Surface& left) {
+      return write_map(plan, setup, left);
+    };
+  Status done = run_plan(plan, options);
+  if (done && lines) done = lines->commit();
+  if (done && feeds) {
+    const MillSetup& setup = plan.setups.front();
+    done = feeds->write(setup.programs.front(), feed_to_, setup.options.machine.controller);
   }
+  return done;
+}
+
+int MillCommand::run() const {
+  Result<MillPlan> made = make_plan();
+  if (!made) return bad_input(made.error());
+  MillPlan& plan = made.value();
+  if (const Status ok = check_outputs(plan); !ok) return bad_input(ok.error());
+  if (const Status ok = make_models(plan); !ok) return bad_input(ok.error());
+  std::optional<FeedPlan> feeds;
+  if (const Status ok = run_programs(plan, feeds); !ok) return bad_input(ok.error());
+  if (const Status ok = write_outputs(plan); !ok) return bad_input(ok.error());
+  bool bad = false;
+  for (const MillSetup& setup : plan.setups)
+    bad |= !setup.summary.collisions.empty() || (setup.report && setup.report->gouged());
+  std::vector<MillResult> results = results_of(plan);
+  if (feeds) results.front().feeds = &feeds->report();
+  std::fputs((json_ ? mill_json(results) : mill_text(results)).c_str(), stdout);
   const int status = written();
-  const bool bad = !summary.value().collisions.empty() || (report && report->gouged());
   return status == 0 && strict_ && bad ? kCollided : status;
 }

@@ -18,7 +18,7 @@ bool same_file(const fs::path& a, const fs::path& b) {
   return fs::equivalent(a, b, error) || place_of(a) == place_of(b);
 }
 
-// Whether a file's content is a document: SQLite's header and Kibori's application id.
+// True if a file's content is a document: SQLite's header and Kibori's application id.
 bool holds_document(const fs::path& path) {
   std::error_code error;
   if (!fs::is_regular_file(path, error)) return false;
@@ -29,7 +29,7 @@ bool holds_document(const fs::path& path) {
          std::memcmp(head.data() + 68, "KIBO", 4) == 0;
 }
 
-// Whether the name is that of a file which SQLite keeps next to a document.
+// True if SQLite or Kibori (FileLock) keeps a file of this name next to a document.
 bool belongs_to_document(const fs::path& path) {
   const std::string name = path.filename().string();
   for (const char* rest : {"-wal", "-shm", "-journal", "-lock"})

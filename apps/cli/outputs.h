@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Checks the files that a command reads and writes. No file may be both an input and an output.
-// Only -o writes documents.
+// Only the outputs of makes_document() are documents.
 #pragma once
 
 #include <filesystem>

@@ -10,7 +10,7 @@
 class ServoCommands {
  public:
   explicit ServoCommands(CLI::App& app);
-  // Whether the user gave one of them.
+  // True if the user gave one of these commands.
   bool given() const { return *devices_ || *servo_; }
   // Runs the command. Returns its exit status.
   int run() const { return *devices_ ? run_devices() : run_servo(); }

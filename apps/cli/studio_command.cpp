@@ -24,7 +24,9 @@
 #include "apps/studio/session/session.h"
 
 #include "apps/cli/common.h"
+#include "apps/cli/lan_text.h"
 #include "apps/publish/publisher.h"
+#include "apps/studio/addresses.h"
 #include "apps/studio/bundle.h"
 #include "apps/studio/server.h"
 
@@ -36,8 +38,8 @@ namespace {
 
 volatile std::sig_atomic_t studio_interrupted = 0;
 
-// Opens the URL through a file in `folder`, which only this user can read. Everyone can read a
-// command line.
+// Opens the URL through a file in `folder`, which only this user can read. The URL must not be in
+// the browser's command line, because every user of the machine can read that.
 void open_browser(const std::string& url, const std::filesystem::path& folder) {
   if (!std::getenv("DISPLAY") && !std::getenv("WAYLAND_DISPLAY")) return;
   std::string program = "xdg-open", file = (folder / "kibori-studio.html").string();
@@ -106,6 +108,16 @@ void catch_interrupts() {
   std::signal(SIGPIPE, SIG_IGN);
 }
 
+void print_lan(const studio::LanPlace& lan) {
+  std::printf("Devices in this network open\n");
+  for (const std::string& url : lan.urls) std::printf("  %s\n", url.c_str());
+  std::printf("%s", qr_text(lan.urls.front(), isatty(STDOUT_FILENO) != 0).c_str());
+  if (!lan.certificate_made.empty())
+    std::printf("The certificate is new, because %s.\n", lan.certificate_made.c_str());
+  std::printf("A browser warns about it once. Continue only if its SHA-256 fingerprint is\n  %s\n",
+              lan.fingerprint.c_str());
+}
+
 }  // namespace
 
 StudioCommand::StudioCommand(CLI::App& app) {
@@ -131,6 +143,17 @@ StudioCommand::StudioCommand(CLI::App& app) {
           "--follow", follow_,
           "with --read-only: update the view after each change of the document by another process")
       ->needs("--read-only");
+  CLI::Option* const lan = studio_->add_flag("--lan", lan_,
+                                             "also serve devices of the same network, such as a "
+                                             "tablet, by TLS; each one pairs with a code "
+                                             "that the terminal shows");
+  studio_->add_option("--lan-port", lan_port_, "port for --lan; 0: any free port")
+      ->needs(lan)
+      ->capture_default_str();
+  studio_
+      ->add_option("--lan-address", lan_addresses_,
+                   "addresses of this machine for --lan; default: those in private networks")
+      ->needs(lan);
   add_publish(*studio_, publish_);
   studio_->add_flag("--no-browser", no_browser_, "only print the address");
 }
@@ -153,7 +176,7 @@ Status StudioCommand::check() const {
   return Ok{};
 }
 
-// The session to begin with. Null: the page shows the start page.
+// Opens the session to begin with. Null: the page shows the start page.
 Result<std::unique_ptr<Session>> StudioCommand::first_session(const Library& library,
                                                               const SessionOptions& how) const {
   if (file_.empty() && stock_.empty()) return std::unique_ptr<Session>();
@@ -170,6 +193,30 @@ Result<std::unique_ptr<Session>> StudioCommand::first_session(const Library& lib
              : create_session(place.value(), scene.value(), how);
 }
 
+Result<studio::LanPlace> StudioCommand::serve_lan(studio::Server& server,
+                                                  const Library& library) const {
+  if (library.folder().empty())
+    return Error{"--lan stores its certificate in your home folder, but there is none; set HOME"};
+  studio::LanOptions how{{}, lan_port_, library.folder() / "lan.pem"};
+  for (const std::string& address : lan_addresses_) {
+    const Result<std::string> canonical = studio::canonical_address(address);
+    if (!canonical) return Error{"--lan-address: " + canonical.error()};
+    how.addresses.push_back(canonical.value());
+  }
+  if (how.addresses.empty()) how.addresses = studio::private_addresses();
+  if (how.addresses.empty())
+    return Error{
+        "--lan found no address in a private network; connect this machine to one, or "
+        "name its address with --lan-address"};
+  const auto place = server.serve_lan(how, [](const std::string& code) {
+    std::printf("Code to pair one device within 5 minutes: %s %s\n", code.substr(0, 3).c_str(),
+                code.substr(3).c_str());
+    std::fflush(stdout);
+  });
+  if (!place) return Error{place.error() + "; see --lan-address and --lan-port"};
+  return place;
+}
+
 int StudioCommand::run() const {
   if (const Status fine = check(); !fine) return bad_input(fine.error());
   Result<Library> library = Library::of_user();
@@ -181,7 +228,7 @@ int StudioCommand::run() const {
   catch_interrupts();
   SessionOptions how{read_only_, device_};
   how.second = second_;
-  Changes changes(file_);  // stored before the file is read
+  Changes changes(file_);  // notes the file's state before it is read
   Result<std::unique_ptr<Session>> opened = first_session(library.value(), how);
   if (!opened) return bad_input(opened.error());
   std::unique_ptr<Session> session = std::move(opened).value();
@@ -194,6 +241,12 @@ int StudioCommand::run() const {
     published = publisher.value()->where() + ".\n";
     server.value()->publish_by(std::move(publisher).value());
   }
+  studio::LanPlace lan;
+  if (lan_) {
+    auto place = serve_lan(*server.value(), library.value());
+    if (!place) return bad_input(place.error());
+    lan = std::move(place).value();
+  }
   const std::string url = server.value()->url();
   server.value()->on_new_address([](const std::string& another) {
     std::printf("An address opens the studio once. Another browser can open\n  %s\n",
@@ -203,13 +256,17 @@ int StudioCommand::run() const {
   std::printf("%s at\n  %s\n%sCtrl-C ends the studio. Every stroke is saved while you carve.\n",
               session ? (session->name() + " is open").c_str() : "The studio is open", url.c_str(),
               published.c_str());
+  if (lan_) {
+    print_lan(lan);
+    server.value()->offer_code();
+  }
   if (const int status = written(); status != 0) return status;
   if (session) server.value()->show(std::move(session));
   const auto folder = TemporaryFolder::make();
   if (!no_browser_ && folder) open_browser(url, folder.value()->path());
   std::string last_error;
   server.value()->run([&] {
-    // Reload only a document that is open read-only.
+    // --follow needs --read-only, so this never replaces a document that is being carved.
     if (follow_ && server.value()->shows(file_) && changes.seen()) {
       auto again = open_session(file_, how);
       const std::string wrong = again ? std::string() : again.error();
@@ -225,7 +282,7 @@ int StudioCommand::run() const {
   const std::string where = server.value()->close();
   const int status = where.empty() ? written() : bad_input(where);
   if (server.value()->idle()) return status;
-  // Everything is saved. A job that still runs could take minutes, and nobody needs its result.
+  // Everything is saved. Do not wait for a job that still runs, because its result is not needed.
   std::fflush(nullptr);
   TemporaryFolder::remove_all();
   std::_Exit(status);

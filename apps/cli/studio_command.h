@@ -15,6 +15,10 @@ namespace kibori {
 class Library;
 class Session;
 struct SessionOptions;
+namespace studio {
+class Server;
+struct LanPlace;
+}  // namespace studio
 }  // namespace kibori
 
 class StudioCommand {
@@ -30,9 +34,12 @@ class StudioCommand {
   kibori::Result<std::unique_ptr<kibori::Session>> first_session(
       const kibori::Library& library, const kibori::SessionOptions& how) const;
 
+  kibori::Result<kibori::studio::LanPlace> serve_lan(kibori::studio::Server& server,
+                                                     const kibori::Library& library) const;
+
   CLI::App* studio_;
-  std::vector<std::string> publish_;
+  std::vector<std::string> publish_, lan_addresses_;
   std::string file_, stock_, device_, second_;
-  uint16_t port_ = 0;
-  bool no_browser_ = false, read_only_ = false, follow_ = false;
+  uint16_t port_ = 0, lan_port_ = 8443;
+  bool lan_ = false, no_browser_ = false, read_only_ = false, follow_ = false;
 };

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// kibori-import FILE: parses a mesh or a labelled volume in a separate process. A hostile file can
-// only cause an error message. It passes the result to the program that started it
-// (formats/import_helper.h). A
-// bad file gives one sentence and exit status 2. Users do not call it.
+// kibori-import FILE: parses a mesh or a labelled volume in a separate process. Therefore, a
+// malicious file can only cause an error message. The result goes to the program that started this
+// one (formats/import_helper.h). A bad file gives one sentence and exit status 2. Users do not call
+// this program.
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -50,7 +50,8 @@ int fail(const std::string& what) {
 int import_mesh(const std::vector<char>& bytes, const std::filesystem::path& path) {
   GltfFiles files;
   if (ending_of(path) == ".gltf") {
-    // Its text is parsed to find the names of its files. Only their folder can be read then.
+    // read_gltf_files parses the text to find the names of other files. So limit this process to
+    // their folder first.
     confine_helper_to(path.parent_path().empty() ? "." : path.parent_path());
     files = read_gltf_files({bytes.data(), bytes.size()}, path);
   }
@@ -64,7 +65,7 @@ int import_mesh(const std::vector<char>& bytes, const std::filesystem::path& pat
 }
 
 int import_volume(const std::vector<char>& bytes, const std::filesystem::path& path) {
-  // Only the header is parsed before this process can no longer open files.
+  // Before this process loses the right to open files, it parses only the header.
   const Result<std::filesystem::path> detached = nrrd_data_file(bytes, path);
   if (!detached) return fail(detached.error());
   std::vector<char> data;

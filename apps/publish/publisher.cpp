@@ -54,7 +54,9 @@ class TopicWriter {
       for (const LiveTick& tick : now) {
         const std::string frame = "kibori_world";
         const auto since_ns = static_cast<int64_t>(1e9 * tick.time_s);
-        // A late write does not move the start later. The ticks of another servo start again.
+        // Each tick gives an estimate of the servo's start time. Ticks that are written late give a
+        // late estimate, so take the earliest. If the tick numbers begin again, another servo has
+        // started.
         const int64_t begun_ns = ns_since_1970() - since_ns;
         if (begun_ns_ == 0 || tick.number < last_ || begun_ns < begun_ns_) begun_ns_ = begun_ns;
         last_ = tick.number;
@@ -75,7 +77,7 @@ class TopicWriter {
   std::condition_variable changed_;
   std::deque<LiveTick> waiting_;
   bool stopping_ = false;
-  int64_t begun_ns_ = 0;  // start of the ticks' time [ns since 1970]; owned by thread_
+  int64_t begun_ns_ = 0;  // estimated start of the servo [ns since 1970]; owned by thread_
   uint64_t last_ = 0;
   std::thread thread_;
 };
@@ -87,7 +89,7 @@ struct Publisher::State {
   std::vector<std::unique_ptr<TopicWriter>> topics;
   std::string where;
   std::vector<TickRow> rows;
-  std::vector<LiveTick> ticks;  // queue of the topics
+  std::vector<LiveTick> ticks;  // for `topics`, until flush()
 };
 
 Publisher::Publisher(std::unique_ptr<State> state) : state_(std::move(state)) {}

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Publishes ticks while they are made, for the option --publish. They go over WebSocket (HOST:PORT)
+// Sends each tick to other programs, for the option --publish. Ticks go over WebSocket (HOST:PORT)
 // or as topics of ROS 2 over DDS ("dds" or "dds:DOMAIN"):
 //
 //   /kibori/tool_pose, /kibori/hand_pose           geometry_msgs/PoseStamped [m]
@@ -20,7 +20,7 @@ namespace kibori {
 
 class Publisher {
  public:
-  // Errors: an invalid address, or one that is in use.
+  // Errors: an invalid address, one that is in use, or those of DdsLink::open.
   static Result<std::unique_ptr<Publisher>> open(const std::vector<std::string>& where);
   ~Publisher();
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Sends ticks over WebSocket to any number of readers: the messages PublishedAbout and
-// PublishedTicks of docs/protocol.md. It sends on its own thread. A slow reader misses ticks but
-// never delays the servo. The tick numbers show which are missing.
+// Sends ticks over WebSocket to up to 32 readers: the messages PublishedAbout and PublishedTicks of
+// docs/protocol.md. It sends on its own thread. A slow reader misses ticks but never delays the
+// servo. The tick numbers show which are missing.
 //
-// Everyone who reaches the address may read. Nobody can change anything. A web page may read only
-// if it comes from this machine or from the given host. Pages of other sites are refused.
+// Every program that reaches the address may read. Readers cannot change anything. A web page may
+// read only if it comes from this machine or from the given host.
 #pragma once
 
 #include <memory>

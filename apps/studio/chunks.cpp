@@ -21,9 +21,10 @@ void put(std::vector<uint8_t>& to, T value) {
 
 void put_chunk(std::vector<uint8_t>& to, const SurfaceChunk& chunk, const Index3& at,
                const Lattice& lattice) {
-  for (int i = 0; i < 3; i++) put(to, static_cast<uint16_t>(at[i]));
+  for (int i = 0; i < 3; i++) put(to, static_cast<int16_t>(at[i]));
   put(to, static_cast<uint32_t>(chunk.vertices.size()));
   put(to, static_cast<uint32_t>(chunk.triangles.size()));
+  // `paint` holds the colour and the mask of a vertex.
   const bool painted = std::any_of(chunk.vertices.begin(), chunk.vertices.end(),
                                    [](const SurfaceVertex& v) { return v.paint != 0; });
   put(to, static_cast<uint16_t>(painted));
@@ -41,7 +42,7 @@ void put_chunk(std::vector<uint8_t>& to, const SurfaceChunk& chunk, const Index3
   }
   for (const SurfaceTriangle& t : chunk.triangles)
     for (const uint32_t corner : t) put(to, static_cast<uint16_t>(corner));
-  // A colour is 0xAABBGGRR, so its bytes in memory are red, green, blue, opacity.
+  // A colour is 0xMMBBGGRR (color.h), so its bytes in memory are red, green, blue, and the mask.
   if (painted)
     for (const SurfaceVertex& v : chunk.vertices) put(to, v.paint);
 }

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstring>
 #include <functional>
+#include <limits>
 
 #include <nlohmann/json.hpp>
 
@@ -38,7 +39,7 @@ Result<Tool> stamp_of(const ChooseStamp& m, double pitch_mm) {
       return Error{"the font must be the name of a family, not a file"};
     return text_stamp({m.text, m.font, m.size, m.depth, 0}, pitch_mm);
   }
-  // Stores the upload in a file for the readers.
+  // The readers of pictures and meshes need a file.
   const auto folder = TemporaryFolder::make();
   if (!folder) return Error{folder.error()};
   const std::string ending = ending_of(m.name);
@@ -93,14 +94,34 @@ struct Dispatch {
   void operator()(const Begin& m) const { server.begin(page, m); }
   void operator()(const Open& m) const { server.open_named(page, m.name); }
   void operator()(const CarveExample& m) const { server.carve_example(page, m.name); }
+  void operator()(const ChangeDetail& m) const { server.change_detail(page, m); }
   void operator()(const RunExperiment& m) const { server.run_experiment(page, m); }
+
+  // Messages of the page that holds the tool, for a milling job.
+  void operator()(const PlayProgram& m) const {
+    play([&](PlaybackSession& s) { s.play(m.playing != 0, m.speed, m.stops != 0); });
+  }
+  void operator()(const SeekProgram& m) const {
+    play([&](PlaybackSession& s) { s.seek(m.time); });
+  }
+  void operator()(const StepProgram& m) const {
+    play([&](PlaybackSession& s) { s.step_line(m.forward != 0); });
+  }
+  void operator()(const GoToLine& m) const {
+    constexpr uint32_t kMax = std::numeric_limits<int>::max();
+    play([&](PlaybackSession& s) {
+      s.go_to_line(static_cast<int>(std::min(m.program, kMax)),
+                   static_cast<int>(std::min(m.line, kMax)));
+    });
+  }
+  void operator()(const KeepProgram& m) const { server.keep_program(page, m.name); }
 
   // Messages of the page that holds the tool, for the open document.
   void operator()(const Aim& m) const {
-    carve([&](LiveSession& s) { s.aim(m.tip, m.axis, m.time); });
+    carve([&](LiveSession& s) { s.aim(m.tip, m.axis, m.time, m.pressure); });
   }
   void operator()(const Press& m) const {
-    carve([&](LiveSession& s) { s.press(m.tip, m.axis, m.mode, m.time); });
+    carve([&](LiveSession& s) { s.press(m.tip, m.axis, m.mode, m.time, m.pressure); });
   }
   void operator()(const Lift&) const { carve(&LiveSession::lift); }
   void operator()(const PressSecond& m) const {
@@ -156,7 +177,20 @@ struct Dispatch {
     brush.flatten_to = static_cast<FlattenTo>(m.plane);
     brush.plane = {m.point, m.normal};
     brush.wall_mm = m.wall;
+    brush.mask = static_cast<MaskVerb>(m.mask);
+    brush.mask_material = m.mask_material;
+    brush.alpha = static_cast<Alpha>(m.alpha);
+    brush.pressure = static_cast<PressureUse>(m.pressure);
     choose([&](LiveSession& s) { return s.choose_brush(brush); });
+  }
+  void operator()(const ChooseTexture& m) const {
+    choose([&](LiveSession& s) -> Status {
+      const auto* const data = reinterpret_cast<const char*>(m.data.data());
+      auto picture = parse_alpha_picture({data, m.data.size()}, sanitize_message(m.name));
+      if (!picture) return Error{picture.error()};
+      s.choose_texture(std::move(picture).value());
+      return Ok{};
+    });
   }
   void operator()(const ChooseMaterial& m) const {
     choose([&](LiveSession& s) { return s.choose_material(m.material); });
@@ -219,6 +253,8 @@ struct Dispatch {
     reply.body = static_cast<uint32_t>(body.id);
     for (const double volume : mass.volume_mm3) reply.volume += volume;
     reply.mass = mass.mass_g;
+    for (const Body& each : server.session->bodies().all)
+      reply.memory += static_cast<double>(each.model.memory_bytes());
     if (reply.volume > 0) reply.centre = body.pose.to_world(mass.centre_mm);
     page.send(encode(reply));
   }
@@ -265,7 +301,7 @@ struct Dispatch {
     choose([&](LiveSession& s) -> Status {
       const Result<Tool> tool = tool_from_json(m.tool);
       if (!tool) return Error{tool.error()};
-      // A page cannot send a mesh: ChooseStamp makes it.
+      // A page cannot send a mesh as a tool. ChooseStamp makes mesh tools.
       if (std::holds_alternative<MeshTool>(tool.value())) return Error{"choose a stamp"};
       return hold(s, tool.value());
     });
@@ -294,6 +330,11 @@ struct Dispatch {
   template <class F>
   void edit(F&& f) const {
     if (server.session) std::invoke(f, *server.session);
+  }
+  template <class F>
+  void play(F&& f) const {
+    if (PlaybackSession* const playback = server.session ? server.session->playback() : nullptr)
+      std::invoke(f, *playback);
   }
   template <class F>
   void carve(F&& f) const {

@@ -3,13 +3,11 @@
 // to apps/studio.
 #pragma once
 
-#include <boost/asio/ip/tcp.hpp>
-
 #include "apps/studio/server_state.h"
 
 namespace kibori::studio {
 
 // Answers the requests of a connection until it ends. Runs on the server's thread.
-void serve_http(boost::asio::ip::tcp::socket socket, Server::State& server);
+void serve_http(net::Socket socket, Server::State& server, Entrance& entrance);
 
 }  // namespace kibori::studio

@@ -6,7 +6,7 @@
 namespace kibori::studio {
 namespace {
 
-constexpr size_t kMaxFiles = 8;  // more windows than a user imports with at a time
+constexpr size_t kMaxFiles = 8;  // at most one per page
 constexpr auto kKept = std::chrono::hours(1);
 
 }  // namespace

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Uploaded files that are not documents yet: one per page, while its dialog asks what to make.
-// Internal to apps/studio.
+// Uploaded files that are not documents yet. Each page has at most one, while its dialog asks what
+// to make of the file. Internal to apps/studio.
 #pragma once
 
 #include <chrono>
@@ -13,24 +13,27 @@
 #include <kibori/base/file.h>
 #include <kibori/base/result.h>
 #include <kibori/formats/mesh_format.h>
+#include "apps/studio/session/playback_request.h"
 
 namespace kibori::studio {
 
 class WebSocketClient;
 
 // Accepted files in addition to meshes. A picture becomes a relief. A labelled volume becomes a
-// stock. A document opens at once.
+// stock. A document opens at once. A program is played back.
 inline constexpr std::array<std::string_view, 3> kOtherImports{".png", ".nrrd", ".kibori"};
 constexpr bool is_import(std::string_view ending) {
-  return is_one_of(kMeshesRead, ending) || is_one_of(kOtherImports, ending);
+  return is_one_of(kMeshesRead, ending) || is_one_of(kOtherImports, ending) ||
+         is_one_of(kProgramsRead, ending);
 }
 
 struct Import {
   std::string id;
   std::string name;  // the file's name on the user's computer
   std::shared_ptr<TemporaryFolder> folder;
-  uint64_t bytes = 0;            // size of the file
-  std::vector<uint8_t> preview;  // see import_preview
+  uint64_t bytes = 0;              // size of the file
+  std::vector<uint8_t> preview;    // see import_preview
+  std::vector<std::string> files;  // of a milling job, in the folder; empty: it is not a job
   std::chrono::steady_clock::time_point since{};
 
   // The path of the file.

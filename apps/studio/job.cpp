@@ -3,8 +3,6 @@
 
 #include <algorithm>
 
-#include <boost/asio/post.hpp>
-
 namespace kibori::studio {
 
 Job::~Job() {
@@ -29,21 +27,21 @@ void Job::start(const std::string& what, bool cancellable,
   Running& running = threads_.emplace_back();
   running.cancellable = cancellable;
   running.ended = std::make_shared<std::atomic<bool>>(false);
-  running.thread = std::thread([this, wanted = wanted_, share = share_, ended = running.ended,
-                                work = std::move(work)] {
-    Then then = work(*share);
-    boost::asio::post(io_, [this, wanted, then = std::move(then), id = std::this_thread::get_id()] {
-      for (size_t i = 0; i < threads_.size(); i++)
-        if (threads_[i].thread.get_id() == id) {
-          threads_[i].thread.join();
-          threads_.erase(threads_.begin() + static_cast<std::ptrdiff_t>(i));
-          break;
-        }
-      if (*wanted) what_.clear();
-      then(*wanted);
-    });
-    *ended = true;
-  });
+  running.thread = std::thread(
+      [this, wanted = wanted_, share = share_, ended = running.ended, work = std::move(work)] {
+        Then then = work(*share);
+        loop_.post([this, wanted, then = std::move(then), id = std::this_thread::get_id()] {
+          for (size_t i = 0; i < threads_.size(); i++)
+            if (threads_[i].thread.get_id() == id) {
+              threads_[i].thread.join();
+              threads_.erase(threads_.begin() + static_cast<std::ptrdiff_t>(i));
+              break;
+            }
+          if (*wanted) what_.clear();
+          then(*wanted);
+        });
+        *ended = true;
+      });
 }
 
 void Job::cancel() {

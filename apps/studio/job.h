@@ -10,7 +10,7 @@
 #include <thread>
 #include <vector>
 
-#include <boost/asio/io_context.hpp>
+#include <kibori/net/web.h>
 
 namespace kibori::studio {
 
@@ -19,11 +19,11 @@ class Job {
   // Handles the result on the server's thread. `wanted`: the job was not cancelled meanwhile.
   using Then = std::function<void(bool wanted)>;
 
-  explicit Job(boost::asio::io_context& io) : io_(io) {}
+  explicit Job(net::Loop& loop) : loop_(loop) {}
   // Waits for all running work. Its Then is not called.
   ~Job();
 
-  // Whether no job can start: one is running, or too many cancelled ones have not ended yet.
+  // True if no job can start: one is running, or too many cancelled ones have not ended yet.
   bool busy() const { return !what_.empty() || threads_.size() > 2; }
   // The running job. Empty: none.
   const std::string& what() const { return what_; }
@@ -41,7 +41,7 @@ class Job {
   bool end_within(std::chrono::milliseconds time);
 
  private:
-  boost::asio::io_context& io_;
+  net::Loop& loop_;
   std::string what_;
   bool cancellable_ = true;
   std::shared_ptr<bool> wanted_;

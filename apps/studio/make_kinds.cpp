@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Writes the library's lists for other languages:
+// Writes the library's lists into files of other languages:
 //   web/src/connection/kinds.ts  tools, modes and force models, for pages; the whole file
-//   python/kibori/__init__.pyi   modes and the classes of tool shapes, for type checkers; between
-//                                marks
-//   docs/scenes.md               the tables of tool shapes and presets, for people; between marks
+//   python/kibori/__init__.pyi   modes and the classes of tool shapes, for type checkers; only the
+//                                lines between marks
+//   docs/scenes.md               the tables of tool shapes and presets, for people; only the lines
+//                                between marks
 //
 // Usage: make_kinds FILE... writes them (./dev kinds). make_kinds --check FILE... writes nothing,
 // and exits with 1 if a FILE is out of date.
@@ -22,6 +23,7 @@
 #include <kibori/scene/tool_presets.h>
 #include <kibori/formats/mesh_format.h>
 #include <kibori/motion/tool_tick.h>
+#include <kibori/reshape/brush.h>
 #include <kibori/solid/tool.h>
 #include "apps/studio/imports.h"
 
@@ -68,7 +70,7 @@ std::string tool_stubs() {
     name[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(name[0])));
     all += "    " + name + ",\n";
     const kibori::Tool tool = *kibori::default_tool(shape);
-    if (std::holds_alternative<kibori::MeshTool>(tool)) continue;  // it consists of arrays
+    if (std::holds_alternative<kibori::MeshTool>(tool)) continue;  // a mesh has no numbers
     std::string fields;
     kibori::for_tool_numbers(tool, [&](const char* number_name, const auto& number) {
       constexpr bool one = std::is_same_v<decltype(number), const double&>;
@@ -111,8 +113,8 @@ std::string mode_stub() {
   return text + line + "\n]\n";
 }
 
-// `text` with the lines between its two marks replaced. `what` is the list in the marks, for
-// example "tool shapes". Nothing if the text has no marks.
+// Returns `text` with `part` in place of the lines between its two marks. `what` names the list in
+// the marks, for example "tool shapes". Nothing if the text has no marks.
 std::optional<std::string> with_part(const std::string& text, const std::string& part,
                                      std::string what) {
   const size_t end = text.find("End of the " + what + ".");
@@ -143,7 +145,7 @@ std::string kinds() {
          "they are. */\n"
          "export type Tool =\n" +
          tool_types() +
-         "\n\n/** What a tool does (kibori/motion/tool_tick.h). */\n"
+         "\n\n/** What a tool does (kibori/motion/mode.h). */\n"
          "export const MODES = " +
          list<kibori::Mode>() +
          ";\nexport type Mode = (typeof MODES)[number];\n\n"
@@ -151,19 +153,33 @@ std::string kinds() {
          "export const MODELS = " +
          list<kibori::ForceModel>() +
          ";\nexport type Model = (typeof MODELS)[number];\n\n"
-         "/** A sentence on each. */\n"
+         "/** The textures of brushes (kibori/reshape/alpha.h). */\n"
+         "export const ALPHAS = " +
+         list<kibori::Alpha>() +
+         ";\nexport type Alpha = (typeof ALPHAS)[number];\n\n"
+         "/** What the mode mask does (kibori/reshape/brush.h). */\n"
+         "export const MASK_VERBS = " +
+         list<kibori::MaskVerb>() +
+         ";\nexport type MaskVerb = (typeof MASK_VERBS)[number];\n\n"
+         "/** What the pressure of a pen changes (kibori/reshape/brush.h). */\n"
+         "export const PRESSURE_USES = " +
+         list<kibori::PressureUse>() +
+         ";\nexport type PressureUse = (typeof PRESSURE_USES)[number];\n\n"
+         "/** One sentence for each force model. */\n"
          "export const MODEL_NOTES: Record<Model, string> = {\n" +
          models +
-         "};\n\n/** The files that can be brought, as <input accept> has them: those that become "
-         "bodies, and "
-         "all. */\nexport const MESHES = \"" +
+         "};\n\n/** The endings of files that can become bodies, for <input accept>, and of all "
+         "files that can be "
+         "imported. */\nexport const MESHES = \"" +
          kibori::list_of(kibori::kMeshesRead, ", ") + "\";\nexport const IMPORTS = `${MESHES}, " +
-         kibori::list_of(kibori::studio::kOtherImports, ", ") +
-         "`;\n\n/** Materials of one document, at most. */\nexport const MAX_MATERIALS = " +
+         kibori::list_of(kibori::studio::kOtherImports, ", ") + ", " +
+         kibori::list_of(kibori::kProgramsRead, ", ") +
+         "`;\n\n/** The maximum number of materials in a document. */\nexport const MAX_MATERIALS "
+         "= " +
          std::to_string(kibori::kMaxMaterials) + ";\n";
 }
 
-// The new content of a file that contains `text`. Nothing if it has no place for it.
+// The new content of a file that contains `text`. Nothing if its marks are missing.
 std::optional<std::string> made(std::string_view path, const std::string& text) {
   if (path.ends_with(".pyi")) {
     const std::optional<std::string> with_modes = with_part(text, mode_stub(), "modes");
@@ -194,7 +210,7 @@ int main(int count, char** arguments) {
     if (text == wanted) continue;
     if (check || !wanted) {
       std::fprintf(stderr,
-                   wanted ? "%s is not what the library's lists say; run make_kinds on it\n"
+                   wanted ? "%s differs from the library's lists; run ./dev kinds\n"
                           : "%s has no marks around its lists\n",
                    path);
       failed = 1;

@@ -13,7 +13,7 @@
 
 namespace kibori::studio {
 
-inline constexpr uint16_t kProtocolVersion = 20;
+inline constexpr uint16_t kProtocolVersion = 24;
 
 // The first message of a page, with the key that POST /enter gave for the token. Welcome or Start
 // answers. A wrong key closes the connection with code 1008.
@@ -31,38 +31,42 @@ struct Hello {
 };
 // The wanted position of the tool's tip [mm], and its axis from the tip up. The time [s] is that of
 // the pointer's event on the page's clock. After Press the tool follows these positions one after
-// another, at their times.
+// another, at their times. pressure: of a pen, 1 for any other hand; see ChooseBrush.
 struct Aim {
   static constexpr uint8_t kKind = 2;
   Vec3 tip = Vec3::Zero();
   Vec3 axis = Vec3::Zero();
   double time = 0;
+  double pressure = 0;
   bool in_range() const {
     return tip.minCoeff() >= -1e+12 && tip.maxCoeff() <= 1e+12 &&
            axis.minCoeff() >= -1e+12 && axis.maxCoeff() <= 1e+12 &&
-           time >= -1e+12 && time <= 1e+12;
+           time >= -1e+12 && time <= 1e+12 &&
+           pressure >= 0 && pressure <= 1;
   }
   template <class F>
   void fields([[maybe_unused]] F&& f) {
-    f(tip, axis, time);
+    f(tip, axis, time, pressure);
   }
 };
-// Begins a stroke at `tip`. The tool backs out from there along its axis until it is clear of
-// material, and comes in again. time: as in Aim.
+// Begins a stroke at `tip`. From there, the tool backs out along its axis until it is clear of
+// material, and then goes in again. time and pressure: as in Aim.
 struct Press {
   static constexpr uint8_t kKind = 3;
   Vec3 tip = Vec3::Zero();
   Vec3 axis = Vec3::Zero();
   Mode mode = Mode::cut;
   double time = 0;
+  double pressure = 0;
   bool in_range() const {
     return tip.minCoeff() >= -1e+12 && tip.maxCoeff() <= 1e+12 &&
            axis.minCoeff() >= -1e+12 && axis.maxCoeff() <= 1e+12 &&
-           time >= -1e+12 && time <= 1e+12;
+           time >= -1e+12 && time <= 1e+12 &&
+           pressure >= 0 && pressure <= 1;
   }
   template <class F>
   void fields([[maybe_unused]] F&& f) {
-    f(tip, axis, mode, time);
+    f(tip, axis, mode, time, pressure);
   }
 };
 // Ends the stroke after the tool has followed all aims.
@@ -136,7 +140,7 @@ struct TakeTool {
 };
 // Makes a new document if none is open. shape: 0 block, 1 log, 2 ball. size [mm]: of its box; x is
 // the diameter of the log and the ball, and z is the log's length. pitch [mm]. material: an index
-// of Start's materials. An empty name: the time.
+// of Start's materials. If the name is empty, the time becomes the name.
 struct Begin {
   static constexpr uint8_t kKind = 12;
   uint8_t shape = 0;
@@ -243,9 +247,9 @@ struct CarveExample {
     f(name);
   }
 };
-// Repeats everything that the tool does about the lattice's middle. planes: mirror planes (bits 1
-// normal to x, 2 to y, 4 to z). fold: the number of repetitions about the axis (0 x, 1 y, 2 z) in
-// equal parts of a turn; 1: no repetition.
+// Repeats everything that the tool does, symmetrically about the middle of the lattice. planes:
+// mirror planes (bits 1 normal to x, 2 to y, 4 to z). fold: the number of repetitions about the
+// axis (0 x, 1 y, 2 z) in equal parts of a turn; 1: no repetition.
 struct ChooseSymmetry {
   static constexpr uint8_t kKind = 22;
   uint8_t planes = 0;
@@ -261,7 +265,7 @@ struct ChooseSymmetry {
     f(planes, fold, axis);
   }
 };
-// What a force device's tool does.
+// Chooses what a force device's tool does.
 struct ChooseWork {
   static constexpr uint8_t kKind = 23;
   Mode mode = Mode::cut;
@@ -282,7 +286,7 @@ struct Arm {
     f(armed);
   }
 };
-// Moves a force device's tool to this position [mm], independent of the hand.
+// Moves a force device's tool to this position [mm], while the hand stays in place.
 struct BringTool {
   static constexpr uint8_t kKind = 25;
   Vec3 tip = Vec3::Zero();
@@ -294,7 +298,7 @@ struct BringTool {
     f(tip);
   }
 };
-// The tool's distance per mm of a force device's hand.
+// The distance that the tool moves per mm of a force device's hand.
 struct ChooseReach {
   static constexpr uint8_t kKind = 26;
   double scale = 0;
@@ -306,9 +310,9 @@ struct ChooseReach {
     f(scale);
   }
 };
-// Carves a scene (TOML, without files) for watching if nothing is open. Trace follows. model: its
-// name, or empty for the scene's own. pace: 1 the scene's own time, 4 four times as fast, 0 as fast
-// as possible.
+// If nothing is open: carves a scene (TOML that names no files), for the user to watch. Trace
+// follows. model: its name, or empty for the scene's own. pace: 1 the scene's own time, 4 four
+// times as fast, 0 as fast as possible.
 struct RunExperiment {
   static constexpr uint8_t kKind = 27;
   std::string name;
@@ -325,7 +329,7 @@ struct RunExperiment {
     f(name, scene, model, pace);
   }
 };
-// The tool's rotation about its own axis from the next position on [rad].
+// The tool's rotation about its own axis [rad], from the next position on.
 struct ChooseTurn {
   static constexpr uint8_t kKind = 28;
   double turn = 0;
@@ -337,17 +341,22 @@ struct ChooseTurn {
     f(turn);
   }
 };
-// A blow of a mallet (3 J) on the cutting tool, which drives it on along its aim.
+// A mallet hits the cutting tool with an energy of 3 J. This drives the tool along its aim.
 struct Strike {
   static constexpr uint8_t kKind = 29;
   template <class F>
   void fields([[maybe_unused]] F&& f) {}
 };
 // The brush of reshaping modes from the next stroke on. radius [mm]. strength: negative only for
-// inflate. falloff: 0 smooth, 1 linear, 2 constant. keep: 1 if smoothing and grabbing keep the
-// volume. red, green, blue: the colour of paint. plane: the plane for flatten; 0 under the stroke's
-// beginning, 1 under each dab, 2 through the point [mm] with that normal. wall: the distance of a
-// second finger across a thrown wall [mm]; 0: there is none.
+// inflate, crease, pinch and mask. falloff: 0 smooth, 1 linear, 2 constant. keep: 1 if smoothing
+// and grabbing keep the volume. red, green, blue: the colour of paint. plane: the plane for
+// flatten, trim and build; 0 the plane under the stroke's beginning, 1 that under each dab, 2 the
+// plane through `point` [mm] with `normal`. wall: for throw, the distance to a second finger on the
+// other side of the wall [mm]; 0: there is no second finger. mask: what the mode mask does: 0
+// paint, 1 invert, 2 blur, 3 cavity, 4 height, 5 material. mask_material: the number of a material
+// for 5. alpha: the texture of the brush, as an index in the list ALPHAS of kinds.ts; `picture` is
+// that of ChooseTexture, or none without one. pressure: what the pressure of a pen changes: 0
+// nothing, 1 the size, 2 the strength, 3 both.
 struct ChooseBrush {
   static constexpr uint8_t kKind = 30;
   double radius = 0;
@@ -361,6 +370,10 @@ struct ChooseBrush {
   Vec3 point = Vec3::Zero();
   Vec3 normal = Vec3::Zero();
   double wall = 0;
+  uint8_t mask = 0;
+  uint8_t mask_material = 0;
+  uint8_t alpha = 0;
+  uint8_t pressure = 0;
   bool in_range() const {
     return radius >= 1e-06 && radius <= 1e+06 &&
            strength >= -1 && strength <= 1 &&
@@ -369,16 +382,21 @@ struct ChooseBrush {
            plane <= 2 &&
            point.minCoeff() >= -1e+12 && point.maxCoeff() <= 1e+12 &&
            normal.minCoeff() >= -1 && normal.maxCoeff() <= 1 &&
-           wall >= 0 && wall <= 1e+06;
+           wall >= 0 && wall <= 1e+06 &&
+           mask <= 5 &&
+           mask_material <= 63 &&
+           alpha <= 13 &&
+           pressure <= 3;
   }
   template <class F>
   void fields([[maybe_unused]] F&& f) {
-    f(radius, strength, falloff, keep, red, green, blue, plane, point, normal, wall);
+    f(radius, strength, falloff, keep, red, green, blue, plane, point, normal, wall, mask, mask_material, alpha, pressure);
   }
 };
-// Asks for the rays of one field (axis 0 x, 1 y, 2 z) near a position [mm]. They are in the cube
-// with half side `radius`, every `every`-th ray in both directions. Method answers once, at least
-// 33 ms after the last answer. A newer question replaces a waiting one.
+// Asks for the rays of one field (axis 0 x, 1 y, 2 z) near a position [mm]. The rays are in a cube
+// with half side `radius`. every: 1 for all of these rays, n for every n-th in both directions.
+// Method answers once, at least 33 ms after the last answer. A newer question replaces one that
+// waits.
 struct AskMethod {
   static constexpr uint8_t kKind = 31;
   uint8_t axis = 0;
@@ -417,8 +435,9 @@ struct ChooseBody {
     f(body);
   }
 };
-// What happens to pieces that a stroke severs: 0 those under a tenth fall away and larger ones
-// become bodies, 1 they stay, 2 they fall away, 3 they become bodies.
+// The rule for pieces that a stroke cuts off. 0: a piece below a tenth of the piece that it came
+// from falls away, and a larger one becomes a body. 1: all stay. 2: all fall away. 3: all become
+// bodies.
 struct ChooseCrumbs {
   static constexpr uint8_t kKind = 34;
   uint8_t rule = 0;
@@ -430,8 +449,8 @@ struct ChooseCrumbs {
     f(rule);
   }
 };
-// Whether the active body's colours show the distance of its surface from the protected region.
-// Remains reports the numbers.
+// Switches colours on (1) or off (0) that show the distance of the active body's surface from the
+// protected region. Remains reports the numbers.
 struct ShowRemains {
   static constexpr uint8_t kKind = 35;
   uint8_t shown = 0;
@@ -456,8 +475,8 @@ struct PreviewAction {
     f(action);
   }
 };
-// Replaces the action of a step on the path to head. Text as in ActOnBodies. A new step is made
-// next to the old one, and the steps up to head are repeated after it.
+// Replaces the action of an earlier step on the path to the step `head`. Text as in ActOnBodies. It
+// makes a new step next to the old one, and repeats the later steps up to `head` after it.
 struct ReviseStep {
   static constexpr uint8_t kKind = 37;
   uint32_t step = 0;
@@ -472,8 +491,8 @@ struct ReviseStep {
   }
 };
 // The second hand's tool, and its mode while it is pressed: cut, deposit or touch; off: there is no
-// second hand. Its pointer's strokes use ChooseGuide's guide and string. lead, entry, lift: as
-// there, for this tool.
+// second hand. Its strokes use the guide and the string of ChooseGuide. lead, entry, lift: as in
+// ChooseGuide, but for this tool.
 struct ChooseSecond {
   static constexpr uint8_t kKind = 38;
   std::string tool;
@@ -492,8 +511,8 @@ struct ChooseSecond {
     f(tool, mode, lead, entry, lift);
   }
 };
-// Presses the second hand's tool at `tip`, as in Press. While the first hand works, it joins that
-// stroke. time: as in Aim.
+// Presses the second hand's tool at `tip`, as in Press. While the first hand works, the second hand
+// joins its stroke. time: as in Aim.
 struct PressSecond {
   static constexpr uint8_t kKind = 39;
   Vec3 tip = Vec3::Zero();
@@ -531,12 +550,13 @@ struct LiftSecond {
   template <class F>
   void fields([[maybe_unused]] F&& f) {}
 };
-// How the pointer's strokes behave from the next one on. guide: 0 none; 1 a straight line, whose
-// direction is a multiple of snap [degrees] (0: any); 2 a circle about the centre [mm]; 3 the curve
-// through these points (three f64 each [mm]), closed or not. steady: the length of the string that
-// pulls the tool behind the hand [mm]. lead: the tool's local x axis turns to its path, and it goes
-// in and comes out over `entry` [mm], from `lift` [mm] above. stamp: the tool is pressed in from
-// `lift` above where the stroke begins, or every `every` mm along its path if that is not 0.
+// How the pointer's strokes behave, from the next stroke on. guide: 0 none; 1 a straight line,
+// whose direction is a multiple of snap [degrees] (0: any); 2 a circle about the centre [mm]; 3 the
+// curve through these points (three f64 each [mm]), closed or not. steady: the length of the string
+// that pulls the tool behind the hand [mm]. lead: the tool's local x axis turns to its path; it
+// starts `lift` [mm] above the wood, goes in over `entry` [mm] of path, and comes out in the same
+// way. stamp: the tool is pressed in from `lift` above the wood: once where the stroke begins, or
+// every `every` mm along its path if `every` is not 0.
 struct ChooseGuide {
   static constexpr uint8_t kKind = 42;
   uint8_t guide = 0;
@@ -568,16 +588,17 @@ struct ChooseGuide {
     f(guide, snap, centre, closed, steady, lead, entry, lift, stamp, every, curve);
   }
 };
-// Asks for the weight of the active body. Mass answers.
+// Asks for the mass of the active body. Mass answers.
 struct AskMass {
   static constexpr uint8_t kKind = 43;
   template <class F>
   void fields([[maybe_unused]] F&& f) {}
 };
-// Chooses a stamp. what: 0 letters: `text` in a `font` (a family), `size` [mm] the height of a
-// capital H, `depth` their length; 1 a picture (PNG) as a relief, `size` wide, with white `depth`
-// deeper than black, or black deeper if inverted; 2 a mesh, whose longer side is `size`. name: the
-// file's name. data: its bytes. ShowStamp reports the result.
+// Chooses a stamp. what: 0 letters, 1 a picture, 2 a mesh. Letters: `text` in a `font` (a family);
+// `size` is the height of a capital H, and `depth` the length of the letters [mm]. A picture (PNG)
+// is a relief of width `size`; white is `depth` deeper than black, or black if `invert` is 1. A
+// mesh: its longer horizontal side is `size`. name: the file's name. data: its bytes. ShowStamp
+// reports the result.
 struct ChooseStamp {
   static constexpr uint8_t kKind = 44;
   uint8_t what = 0;
@@ -609,9 +630,10 @@ struct AskFonts {
   template <class F>
   void fields([[maybe_unused]] F&& f) {}
 };
-// Whether the active body's colours show printing faults (1; this replaces ShowRemains): walls
-// thinner than `wall` [mm], faces that look down and lean from upright by more than `overhang`
-// [degrees], loose pieces. PrintFaults reports the numbers.
+// Switches colours on (1) or off (0) that show printing faults of the active body. They replace
+// those of ShowRemains. The faults are walls thinner than `wall` [mm], faces that look down and
+// lean from upright by more than `overhang` [degrees], loose pieces. PrintFaults reports the
+// numbers.
 struct ShowFaults {
   static constexpr uint8_t kKind = 46;
   uint8_t shown = 0;
@@ -627,10 +649,105 @@ struct ShowFaults {
     f(shown, wall, overhang);
   }
 };
-// A document is open. It has a lattice (lower corner [mm], nodes, pitch [mm]) and the servo's rate
-// [Hz]. Then follow the document's name, its materials (JSON: name, color, rings: their contrast, 0
-// to 1), and the index of its stock's material. page: the page's id in HTTP requests. what: 0
-// carved, 1 open read-only, 2 an experiment. Everything shown before belongs to another document.
+// Carves a document of the library again with another pitch [mm], into a new document, and opens
+// that. No document may be open.
+struct ChangeDetail {
+  static constexpr uint8_t kKind = 47;
+  std::string document;
+  double pitch = 0;
+  bool in_range() const {
+    return document.size() <= 256 &&
+           pitch >= 1e-06 && pitch <= 1e+06;
+  }
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(document, pitch);
+  }
+};
+// Plays the milling job, or pauses it. speed: seconds of the machine per second; 0: as fast as
+// possible. stops: 1 if it stops at collisions.
+struct PlayProgram {
+  static constexpr uint8_t kKind = 48;
+  uint8_t playing = 0;
+  double speed = 0;
+  uint8_t stops = 0;
+  bool in_range() const {
+    return playing <= 1 &&
+           speed >= 0 && speed <= 100000 &&
+           stops <= 1;
+  }
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(playing, speed, stops);
+  }
+};
+// Goes to a time of the milling job [s], at most to what is computed.
+struct SeekProgram {
+  static constexpr uint8_t kKind = 49;
+  double time = 0;
+  bool in_range() const {
+    return time >= 0 && time <= 1e+12;
+  }
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(time);
+  }
+};
+// Goes to the end of the next line that moves (forward 1), or to the begin of the current line (0).
+struct StepProgram {
+  static constexpr uint8_t kKind = 50;
+  uint8_t forward = 0;
+  bool in_range() const {
+    return forward <= 1;
+  }
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(forward);
+  }
+};
+// Goes to the end of a line's first execution. program: its index in Playback. line: from 1. It
+// waits until the line is computed.
+struct GoToLine {
+  static constexpr uint8_t kKind = 51;
+  uint32_t program = 0;
+  uint32_t line = 0;
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(program, line);
+  }
+};
+// Runs the milling job into a new document, and opens that. If the name is empty, the job's name is used.
+struct KeepProgram {
+  static constexpr uint8_t kKind = 52;
+  std::string name;
+  bool in_range() const {
+    return name.size() <= 400;
+  }
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(name);
+  }
+};
+// The picture (PNG, at most 1024 pixels on a side) for the texture `picture` of brushes. Black has
+// no effect, white the full effect. name: the file's name, for messages.
+struct ChooseTexture {
+  static constexpr uint8_t kKind = 53;
+  std::string name;
+  std::vector<uint8_t> data;
+  bool in_range() const {
+    return name.size() <= 256 &&
+           data.size() <= 1000000;
+  }
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(name, data);
+  }
+};
+// A document is open. origin, nodes, pitch: the base of its lattice, with the lower corner and the
+// pitch in mm. The lattice may have grown beyond it. rate: of the servo [Hz]. document: its name.
+// materials: JSON (name, color, rings: their contrast, 0 to 1). material: the index of the stock's
+// material. page: the page's id in HTTP requests. what: 0 carved, 1 open read-only, 2 an
+// experiment, 3 a milling job that is played back. The page must drop what it showed before.
 struct Welcome {
   static constexpr uint8_t kKind = 64;
   uint16_t version = 0;
@@ -648,11 +765,12 @@ struct Welcome {
     f(version, origin, nodes, pitch, rate, document, materials, material, page, what);
   }
 };
-// The changed surface of one body. The page answers Got. Each chunk: position x y z (u16), numbers
-// of vertices and triangles (u32), whether any vertex is painted (u16), vertices, corners (u16
-// each). If painted, a colour per vertex follows: red, green, blue, 255 if painted else 0 (u8
-// each). A vertex: x y z (u16, 1/2048 pitch from 16 position - 1), normal (3 x i8, 1/127), material
-// (u8).
+// The changed surface of one body. The page answers Got. Each chunk: position x y z (i16), numbers
+// of vertices and triangles (u32), a flag (u16; 1: a vertex is painted or masked), vertices,
+// corners (u16 each). If the flag is 1, a colour per vertex follows: red, green, blue, and 255 - m
+// if painted, else m, with the mask m from 0 to 127 (u8 each). A vertex: x y z (u16 each, in 1/2048
+// of the pitch), normal (3 x i8, 1/127), material (u8). Its coordinates begin 16 position - 1 cells
+// after the lattice's origin.
 struct Chunks {
   static constexpr uint8_t kKind = 65;
   uint32_t frame = 0;
@@ -664,9 +782,9 @@ struct Chunks {
     f(frame, more, body, data);
   }
 };
-// Every servo tick since the last message, fifteen f32 each: tip [mm], force of the wood on the
-// tool [N], moment about the tip [N mm]; the third (axis) and first column of the tool's frame.
-// start: the number of the first.
+// Every servo tick since the last message, fifteen f32 each. A page with too many unread bytes
+// misses messages. A tick has: tip [mm], force of the wood on the tool [N], moment about the tip [N
+// mm]; the third (axis) and first column of the tool's frame. start: the number of the first.
 struct Ticks {
   static constexpr uint8_t kKind = 66;
   double start = 0;
@@ -676,11 +794,11 @@ struct Ticks {
     f(start, data);
   }
 };
-// Volume [mm^3], the stock's volume minus it [mm^3], and the current step. holds: whether this page
-// holds the tool. blocked: whether the pressed tool is inside material and cannot back out.
-// pending: how much of a brush's stroke is not in the model yet, as time of the hand's motion [s].
-// For a force device: safety (0 off, 1 waits for the hand to be still, 2 pushes), why it is off,
-// and its force [N].
+// volume: of the bodies [mm^3]. removed: the stock's volume minus this [mm^3]. step: the current
+// one. holds: 1 if this page holds the tool. blocked: 1 if the pressed tool is inside material and
+// cannot back out. pending: the part of a brush's stroke that is not in the model yet, as the time
+// that the hand took for it [s]. For a force device: safety (0 off, 1 waits until the computed
+// force is small, 2 on), trip (why it is off), given (its force [N]).
 struct State {
   static constexpr uint8_t kKind = 67;
   double volume = 0;
@@ -725,7 +843,7 @@ struct Start {
 // The steps that this page does not have yet, in the order of their numbers. Each has its number
 // and its parent's or 0 (u32 each), and the removed volume [mm^3] (f32). Then the time of its
 // beginning [s since 1970] (f64; 0: unknown), the tool (text, as JSON; null: none), mode (u8; off:
-// the tool only moved), whether a thumbnail is stored (u8), label (text).
+// the tool only moved), 1 if a thumbnail is stored, else 0 (u8), label (text).
 struct Steps {
   static constexpr uint8_t kKind = 70;
   std::vector<uint8_t> data;
@@ -743,7 +861,8 @@ struct Versions {
     f(json);
   }
 };
-// The running job that may take long. Empty: none. share: its progress, 0 to 1; below 0: unknown.
+// A job that may take long is running. what: its name for the user; empty: no job runs. share: its
+// progress, 0 to 1; below 0: unknown.
 struct Work {
   static constexpr uint8_t kKind = 72;
   std::string what;
@@ -772,8 +891,8 @@ struct Device {
 };
 // The result of an experiment. JSON: run (a unique number), name, model, finished, ticks,
 // removed_mm3, mean_force_N (over ticks with a force), max_force_N, max_moment_Nmm, step_us, marks
-// (label, time_s). Rows: time [s], force [N], moment [N mm], seven f32. At most 100 000 rows, those
-// with the largest force.
+// (label, time_s). data: at most 100 000 rows of seven f32: time [s], force [N], moment [N mm]. If
+// there are more ticks, each row is the one with the largest force of several successive ticks.
 struct Trace {
   static constexpr uint8_t kKind = 74;
   std::string json;
@@ -783,7 +902,7 @@ struct Trace {
     f(json, data);
   }
 };
-// The current tool, of an experiment or of the page that holds it.
+// The current tool: that of an experiment, or that of the page that holds the tool.
 struct ShowTool {
   static constexpr uint8_t kKind = 75;
   std::string tool;
@@ -794,20 +913,21 @@ struct ShowTool {
 };
 // Answers AskMethod from the newest snapshot. The rays are u, u + every, ... (columns of them) by
 // v, v + every, ... (rows of them) of the field, at most 32 in each direction. If there would be
-// more, every is larger than requested. spans: for each ray, u first, the number of spans (u8, the
-// first 16), and the ends in and out of each (f32). The spans are between the depths low and high
-// [lattice units]. vanished: nodes x y z (u16 each) between these depths that were in the material
-// at this page's last answer and are not now. They are on these rays and on rays between them, four
-// times as many in each direction or all. If there are more than 2048, the list is evenly chosen.
-// gone: their number. For the newest tick that removed or added points: points (K, of the whole
-// model), volume (removed [mm^3]), motion (of the tool's tip [mm]), force (of the wood on the tool
-// [N]). ticks: the number of ticks since the last answer. taken: the sum of their K.
+// more, every is larger than requested. spans: for each ray the number of spans (u8, at most 16),
+// and the ends in and out of each span (f32). u changes fastest from ray to ray. Only spans between
+// the depths low and high [lattice units] are listed. vanished: nodes x y z (i16 each) between
+// these depths that were in the material at this page's last answer and are not now. They are on
+// these rays and on rays between them: on four times as many rays in each direction, or on all rays
+// if there are fewer. The list has at most 2048 nodes, evenly chosen. gone: the number of all. For
+// the newest tick that removed or added points: points (K: their number in the whole model), volume
+// (removed [mm^3]), motion (of the tool's tip [mm]), force (of the wood on the tool [N]). ticks:
+// the number of ticks since the last answer. taken: the sum of their K.
 struct Method {
   static constexpr uint8_t kKind = 76;
   uint8_t axis = 0;
   uint16_t every = 0;
-  uint16_t u = 0;
-  uint16_t v = 0;
+  double u = 0;
+  double v = 0;
   uint16_t columns = 0;
   uint16_t rows = 0;
   double low = 0;
@@ -838,9 +958,9 @@ struct Bodies {
     f(active, json);
   }
 };
-// The numbers for ShowRemains: max and mean distance [mm] of the active body's surface from the
-// protected region; the body's volume outside that region [mm^3]; the distance of the last colour
-// [mm]. A scale of 0: there is no protected region, and no colours are shown.
+// The numbers for ShowRemains. max, mean: distances [mm] of the active body's surface from the
+// protected region. volume: of the body outside that region [mm^3]. scale: the distance of the last
+// colour [mm]; 0: there is no protected region, and no colours are shown.
 struct Remains {
   static constexpr uint8_t kKind = 78;
   double max = 0;
@@ -852,8 +972,9 @@ struct Remains {
     f(max, mean, volume, scale);
   }
 };
-// Answers PreviewAction: an error, or empty. forces, for a spline: JSON, for each control point the
-// force [N] on the hand that moved it since the last preview, as in soft clay.
+// Answers PreviewAction. error: a sentence, or empty. forces: JSON; for a spline, a force [N] for
+// each control point. It is the force of soft clay on a finger that moved the point there from the
+// last preview.
 struct Previewed {
   static constexpr uint8_t kKind = 79;
   std::string error;
@@ -879,16 +1000,18 @@ struct SecondHand {
   }
 };
 // Answers AskMass: the body, its volume [mm^3], its mass [g] (0: the density of one of its
-// materials is unknown), and its centre of gravity [mm] in the world.
+// materials is unknown), its centre of gravity [mm] in the world, and the memory of all bodies
+// [bytes].
 struct Mass {
   static constexpr uint8_t kKind = 81;
   uint32_t body = 0;
   double volume = 0;
   double mass = 0;
   Vec3 centre = Vec3::Zero();
+  double memory = 0;
   template <class F>
   void fields([[maybe_unused]] F&& f) {
-    f(body, volume, mass, centre);
+    f(body, volume, mass, centre, memory);
   }
 };
 // The triangles of the current stamp in its own frame [mm], with the tip at the origin: vertices
@@ -912,8 +1035,8 @@ struct Fonts {
   }
 };
 // The numbers for ShowFaults. overhang, thin: areas of overhanging and of thin walls; area: of the
-// whole surface [mm^2]. thinnest: thickness of the thinnest wall [mm], 0 without one. pieces: their
-// number; all but the largest are loose.
+// whole surface [mm^2]. thinnest: thickness of the thinnest wall [mm], 0 without one. pieces: the
+// number of pieces; all but the largest are loose.
 struct PrintFaults {
   static constexpr uint8_t kKind = 84;
   double overhang = 0;
@@ -926,9 +1049,45 @@ struct PrintFaults {
     f(overhang, thin, area, thinnest, pieces);
   }
 };
+// The milling job. JSON: programs (name, lines), collisions (kind, program, line, tool, time: its
+// end [s], volume_mm3), warnings and error (sentences). Sent after Welcome, and when it changes.
+struct Playback {
+  static constexpr uint8_t kKind = 85;
+  std::string json;
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(json);
+  }
+};
+// The moment of a milling job that is shown. time: of the job [s]. computed: the job is computed up
+// to here [s]; done: 1 if all of it is. share: progress of computing, 0 to 1. playing, speed,
+// stops: as in PlayProgram. program, line: as in GoToLine; line 0: before the first move. tool: its
+// number; 0: none. rapid: 1 if it is a rapid move. force [N], power [W]: largest of the move; 0:
+// unknown. stopped: the index of the collision at which it stopped; -1: none.
+struct Played {
+  static constexpr uint8_t kKind = 86;
+  double time = 0;
+  double computed = 0;
+  uint8_t done = 0;
+  double share = 0;
+  uint8_t playing = 0;
+  double speed = 0;
+  uint8_t stops = 0;
+  uint32_t program = 0;
+  uint32_t line = 0;
+  uint32_t tool = 0;
+  uint8_t rapid = 0;
+  double force = 0;
+  double power = 0;
+  double stopped = 0;
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(time, computed, done, share, playing, speed, stops, program, line, tool, rapid, force, power, stopped);
+  }
+};
 // The first message at --publish HOST:PORT, sent again when another document is opened. Readers
-// send nothing. JSON: a description of the rows of PublishedTicks, row_bytes, and their columns
-// (name, type, offset in bytes, count).
+// send nothing. The JSON describes the rows of PublishedTicks: their size (row_bytes) and their
+// columns (name, type, offset in bytes, count).
 struct PublishedAbout {
   static constexpr uint8_t kKind = 96;
   uint16_t version = 0;
@@ -949,6 +1108,6 @@ struct PublishedTicks {
 };
 
 // The messages that a page may send.
-using FromPage = std::variant<Hello, Aim, Press, Lift, Cancel, Undo, Redo, ChooseTool, ChooseHand, Got, TakeTool, Begin, Open, Leave, Go, NameVersion, KeepThumbnail, ChooseMaterial, ChooseModel, CancelWork, CarveExample, ChooseSymmetry, ChooseWork, Arm, BringTool, ChooseReach, RunExperiment, ChooseTurn, Strike, ChooseBrush, AskMethod, ActOnBodies, ChooseBody, ChooseCrumbs, ShowRemains, PreviewAction, ReviseStep, ChooseSecond, PressSecond, AimSecond, LiftSecond, ChooseGuide, AskMass, ChooseStamp, AskFonts, ShowFaults>;
+using FromPage = std::variant<Hello, Aim, Press, Lift, Cancel, Undo, Redo, ChooseTool, ChooseHand, Got, TakeTool, Begin, Open, Leave, Go, NameVersion, KeepThumbnail, ChooseMaterial, ChooseModel, CancelWork, CarveExample, ChooseSymmetry, ChooseWork, Arm, BringTool, ChooseReach, RunExperiment, ChooseTurn, Strike, ChooseBrush, AskMethod, ActOnBodies, ChooseBody, ChooseCrumbs, ShowRemains, PreviewAction, ReviseStep, ChooseSecond, PressSecond, AimSecond, LiftSecond, ChooseGuide, AskMass, ChooseStamp, AskFonts, ShowFaults, ChangeDetail, PlayProgram, SeekProgram, StepProgram, GoToLine, KeepProgram, ChooseTexture>;
 
 }  // namespace kibori::studio

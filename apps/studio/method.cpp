@@ -7,7 +7,7 @@ namespace kibori::studio {
 namespace {
 
 constexpr auto kAnswerEvery = std::chrono::milliseconds(33);
-// A page that has not asked for this time no longer shows the method.
+// A page that has not asked for this long no longer shows the method.
 constexpr auto kForgotten = std::chrono::seconds(2);
 
 template <class T>
@@ -42,8 +42,8 @@ std::optional<Method> MethodView::answer(const Snapshot& snapshot, Clock::time_p
   Method reply;
   reply.axis = static_cast<uint8_t>(box.axis);
   reply.every = static_cast<uint16_t>(box.every);
-  reply.u = static_cast<uint16_t>(box.u);
-  reply.v = static_cast<uint16_t>(box.v);
+  reply.u = box.u;
+  reply.v = box.v;
   reply.columns = static_cast<uint16_t>(box.columns);
   reply.rows = static_cast<uint16_t>(box.rows);
   reply.low = box.low;
@@ -66,8 +66,8 @@ std::optional<Method> MethodView::answer(const Snapshot& snapshot, Clock::time_p
   if ((took || took_) && before_ && before_->of_same_model(snapshot)) {
     const VanishedNodes gone = vanished_in(finer(box), *before_, snapshot);
     reply.gone = static_cast<uint32_t>(gone.count);
-    for (const std::array<uint16_t, 3>& node : gone.nodes)
-      for (const uint16_t index : node) append(reply.vanished, index);
+    for (const std::array<int16_t, 3>& node : gone.nodes)
+      for (const int16_t index : node) append(reply.vanished, index);
   }
   before_ = snapshot;
   ticks_ = 0;

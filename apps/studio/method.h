@@ -21,10 +21,10 @@ class MethodView {
     question_ = question;
     requested_at_ = now;
   }
-  // Whether the page currently shows the method.
+  // True if the page currently shows the method.
   bool watching() const { return requested_at_ != Clock::time_point{}; }
-  // Takes a servo tick. `wood` converts the device's force to the wood's force (1: no device holds
-  // the tool).
+  // Adds a servo tick. `wood` is the factor from the device's force to the wood's force. It is 1 if
+  // no device holds the tool.
   void add(const LiveTick& tick, double wood);
   // The answer, if one was requested and is due.
   std::optional<Method> answer(const Snapshot& snapshot, Clock::time_point now);
@@ -38,7 +38,8 @@ class MethodView {
   std::optional<Vec3> tip_;         // position at the last tick
   uint32_t ticks_ = 0;              // ticks since the last answer
   int64_t taken_ = 0;
-  bool took_ = false;  // points vanished before the last answer; snapshots follow their ticks
+  bool took_ = false;  // points vanished before the last answer, but its snapshot may still have
+                       // contained them
   LiveTick newest_;    // the last tick that removed or added points
   Vec3 motion_ = Vec3::Zero(), force_ = Vec3::Zero();
 };

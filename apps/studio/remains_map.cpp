@@ -10,8 +10,8 @@
 namespace kibori::studio {
 namespace {
 
-// Viridis, from finished to farthest. The colours remain distinct for colour-blind people and in
-// grey.
+// The colour map Viridis, from distance 0 to the largest distance. Its colours remain distinct for
+// colour-blind people and in grey.
 constexpr std::array<std::array<double, 3>, 6> kRemainsColors{
     {{253, 231, 37}, {122, 209, 81}, {34, 168, 132}, {42, 120, 142}, {65, 68, 135}, {68, 1, 84}}};
 
@@ -71,10 +71,10 @@ std::unique_ptr<RemainsMap> RemainsMap::make(const kibori::BodyList& bodies, Bod
   map->within_mm3_ =
       std::min(volume_mm3, within.volume() * std::pow(body.model.lattice.pitch_mm, 3));
   double max = 0;
-  const Index3 count = surface_chunks(body.model.lattice);
-  for (int x = 0; x < count.x(); x++)
-    for (int y = 0; y < count.y(); y++)
-      for (int z = 0; z < count.z(); z++)
+  const ChunkRange range = surface_chunks(body.model.lattice);
+  for (int x = range.low.x(); x < range.high.x(); x++)
+    for (int y = range.low.y(); y < range.high.y(); y++)
+      for (int z = range.low.z(); z < range.high.z(); z++)
         for (const SurfaceVertex& v : surface.chunk({x, y, z}).vertices)
           max = std::max(max, map->tree_->distance(place_of(v)));
   map->scale_mm_ = round_up(std::max(max, body.model.lattice.pitch_mm));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Shows how much material is left to carve: the distance from the active body's surface to the
-// protected region, as colours and numbers.
+// Shows the remaining material as colours and numbers: the distance from the active body's surface
+// to the protected region.
 #pragma once
 
 #include <map>
@@ -19,8 +19,8 @@ namespace kibori::studio {
 
 class RemainsMap final : public SurfaceMap {
  public:
-  // Compares a body's surface with all other protected bodies. Null: there is none, or the distance
-  // cannot be measured. `volume_mm3`: the body's current volume.
+  // Compares a body's surface with all other protected bodies. Null if there is no protected body,
+  // or if the distance cannot be measured. `volume_mm3`: the body's current volume.
   static std::unique_ptr<RemainsMap> make(const kibori::BodyList& bodies, BodyId worked_on,
                                           const LiveSurface& surface, double volume_mm3);
 
@@ -33,7 +33,8 @@ class RemainsMap final : public SurfaceMap {
   struct Part {
     double max = 0, sum = 0, area = 0;  // [mm], [mm^3], [mm^2]
   };
-  // The inputs of a map: the body, and pose and model of the protected bodies.
+  // One input of a map: the active body or a protected body. `hash` is that of the model of a
+  // protected body, and 0 for the active body.
   struct Key {
     BodyId id;
     Pose pose;
@@ -49,7 +50,7 @@ class RemainsMap final : public SurfaceMap {
   std::vector<Key> key_;
   Surface wall_;
   std::optional<DistanceTree> tree_;
-  double within_mm3_ = 0;  // of the body, inside the protected region
+  double within_mm3_ = 0;  // volume of the body inside the protected region
   double scale_mm_ = 1;    // distance of the last colour
   std::map<Index3, Part, ChunkOrder> parts_;
 };

@@ -11,11 +11,14 @@
 
 #include <kibori/base/hash.h>
 #include <kibori/run/carving.h>
+#include <kibori/document/document.h>
 #include <kibori/document/rescue.h>
 #include <kibori/haptics/materials.h>
 #include <kibori/picture/picture.h>
+#include <kibori/run/salvage.h>
 #include "apps/studio/session/stock_scene.h"
 
+#include "apps/studio/certificate.h"
 #include "apps/studio/examples.h"
 #include "apps/studio/websocket_client.h"
 #include "apps/studio/tool_message.h"
@@ -25,23 +28,20 @@
 namespace kibori::studio {
 namespace {
 
-namespace asio = boost::asio;
-using tcp = asio::ip::tcp;
-
 constexpr size_t kTickNumbers = 15;  // tip, force, moment, axis, side
 constexpr auto kFollowEvery = std::chrono::milliseconds(2);
 constexpr auto kStateEvery = std::chrono::milliseconds(50);
-// Ticks are sent about once per frame. None is left out.
+// Ticks are sent in batches, about once per frame of the display.
 constexpr auto kTicksEvery = std::chrono::milliseconds(15);
 constexpr auto kWorkEvery = std::chrono::milliseconds(200);
 constexpr double kPendingNotice = 0.01;  // [mm^3]; for pressed clay that found no room
-// Threshold for reporting loose material [mm^3]. Less is dust.
+// Threshold for reporting loose material [mm^3].
 constexpr double kFallenNotice = 1;
 constexpr auto kErrorInterval = std::chrono::seconds(15);  // leaves time to read other notices
-// A page with more unread bytes misses ticks.
+// A page that has more unread bytes gets no ticks.
 constexpr size_t kTicksWait = 400000;
 
-// Why a brush's stroke of this mode changed nothing.
+// Returns a sentence on why a brush's stroke of this mode changed nothing.
 std::string idle_notice(Mode mode) {
   switch (mode) {
     case Mode::fill:
@@ -64,20 +64,8 @@ std::string idle_notice(Mode mode) {
 // Ends the session first, because it uses the other members. Pending results are dropped.
 Server::State::~State() { session.reset(); }
 
-void Server::State::accept() {
-  acceptor.async_accept([this](boost::system::error_code failed, tcp::socket socket) {
-    if (failed == asio::error::operation_aborted) return;
-    if (!failed) {
-      boost::system::error_code ignored;
-      socket.set_option(tcp::no_delay(true), ignored);
-      serve_http(std::move(socket), *this);
-    }
-    accept();
-  });
-}
-
 void Server::State::send(const std::vector<uint8_t>& message) {
-  // A copy, because sending removes a page that is disconnected from `pages`.
+  // A copy, because send() removes disconnected pages from `pages`.
   const std::vector<WebSocketClient*> all(pages.begin(), pages.end());
   for (WebSocketClient* const page : all)
     if (pages.count(page)) page->send(message);
@@ -105,6 +93,8 @@ void Server::State::show(std::unique_ptr<Session> opened) {
   shown.reset();
   stamp.reset();
   trace_sent.clear();
+  playback_sent.clear();
+  played_sent.clear();
   state_at = {};
   const std::vector<WebSocketClient*> all(pages.begin(), pages.end());
   for (WebSocketClient* const page : all)
@@ -160,7 +150,7 @@ Status Server::State::open(
              done(Error{wanted ? made->error() : ""});
            else if (wanted)
              notify(made->error());
-           const bool ours = made->ok();  // else the file existed before, and must stay
+           const bool ours = made->ok();  // else the file may be older, and stays
            *made = Error{""};             // close it before removing it
            if (ours && !fresh.empty()) remove_document(fresh);
          };
@@ -217,6 +207,33 @@ void Server::State::carve_example(WebSocketClient& page, const std::string& name
     return;
   }
   page.notify("this example is unknown; reload the page");
+}
+
+void Server::State::change_detail(WebSocketClient& page, const ChangeDetail& change) {
+  const Result<std::filesystem::path> from = library.find(change.document);
+  if (!from) return page.notify(from.error());
+  const Result<std::filesystem::path> place = library.place_for(change.document);
+  if (!place) return page.notify(place.error());
+  const Status opened =
+      open("Carving it with another pitch", place.value(),
+           [from = from.value(), to = place.value(), pitch = change.pitch,
+            how = how](std::atomic<double>& share) -> Result<std::unique_ptr<Session>> {
+             const auto document = Document::open(from, Document::Access::read);
+             if (!document) return Error{document.error()};
+             const Index3 nodes = document.value()->lattice().nodes;
+             const double finer = document.value()->lattice().pitch_mm / pitch;
+             if (!(finer * nodes.maxCoeff() <= 1.25 * kMaxRays))
+               return Error{"this is too fine: the longest side may have at most " +
+                            std::to_string(static_cast<int>(1.25 * kMaxRays)) + " rays"};
+             if (!(finer * nodes.minCoeff() >= 8))
+               return Error{"this is too coarse: the shortest side needs at least 8 rays"};
+             CarveOptions options;
+             options.progress = [&share](double done) { share = done; };
+             const Result<StepId> carved = carve_again(*document.value(), to, pitch, options);
+             if (!carved) return Error{carved.error()};
+             return open_session(to, how);
+           });
+  if (!opened) page.notify(opened.error());
 }
 
 void Server::State::run_experiment(WebSocketClient& page, const RunExperiment& run) {
@@ -277,7 +294,7 @@ void Server::State::leave(WebSocketClient& page) {
       [this, closing, left = left_unsaved](std::atomic<double>&) -> Job::Then {
         const std::string where = (*closing)->close();
         closing->reset();
-        // Reported again at the end, because the page may be gone by then.
+        // Server::close() reports it again, because no page may be open when this job ends.
         if (!where.empty()) *left += (left->empty() ? "" : "\n") + where;
         return [this, where](bool) {
           show(nullptr);
@@ -325,7 +342,7 @@ std::string Server::State::start_json(const std::string& key) const {
 // ---- Messages to pages
 
 void Server::State::send_ticks() {
-  // Pages get the wood's force. A device gets a share of it.
+  // Ticks have the device's share of the wood's force. Pages get the whole force.
   const HapticDeviceState* const device = haptic_device();
   const double wood = device ? 1 / device->share : 1;
   double pending = 0, fallen = 0;
@@ -356,12 +373,14 @@ void Server::State::send_ticks() {
     notify(
         "The stroke ended early: this machine has too little memory or is too slow for this brush. "
         "Use a smaller one.");
-  // A force device's hand often moves over the piece without touching it.
+  // No notice for a force device, because its hand often moves over the piece without touching it.
   if (idle && !device) notify(idle_notice(*idle));
   if (clipped && Clock::now() - clipped_at > kErrorInterval) {
     clipped_at = Clock::now();
     notify(
-        "Material reached the edge of the room around the stock. The part beyond it is left out.");
+        "Material reached the largest size of a model, 8192 cells along an axis. The part beyond "
+        "it "
+        "is left out. Use a coarser pitch for a larger piece.");
   }
   if (pending > kPendingNotice) {
     char text[120];
@@ -399,7 +418,7 @@ void Server::State::send_ticks() {
   }
 }
 
-// The message about the second hand. Empty if there is no second hand and the pages know it.
+// The message about the second hand. Empty if there is no second hand and the last message said so.
 std::vector<uint8_t> Server::State::second_message() {
   const Tool* const tool = session->second_tool();
   const bool there = tool && second_tick;
@@ -461,7 +480,7 @@ void Server::State::send_device(WebSocketClient* page) {
 }
 
 void Server::State::follow() {
-  if (stop && stop()) return io.stop();
+  if (stop && stop()) return loop.stop();
   if (session) {
     const std::vector<Session::ChunkPlace>& changed = session->follow();
     const std::vector<WebSocketClient*> all(pages.begin(), pages.end());
@@ -473,6 +492,7 @@ void Server::State::follow() {
     }
     send_ticks();
     if (session->experiment()) follow_experiment();
+    if (session->playback()) follow_playback();
     const auto now = Clock::now();
     for (WebSocketClient* const page : all)
       if (pages.count(page)) page->offer_method(now);
@@ -483,42 +503,62 @@ void Server::State::follow() {
   }
   if (job.busy() && Clock::now() - work_at >= kWorkEvery) send_work();
   imports.drop_old(Clock::now());
-  timer.expires_after(kFollowEvery);
-  timer.async_wait([this](boost::system::error_code failed) {
-    if (!failed) follow();
-  });
+  timer.start(kFollowEvery, [this] { follow(); });
 }
 
 Result<std::unique_ptr<Server>> Server::listen(Library library, uint16_t port,
                                                const SessionOptions& how, const Limits& limits) {
   auto state = std::make_unique<State>(std::move(library), how, limits);
-  boost::system::error_code failed;
-  const tcp::endpoint here(asio::ip::make_address_v4("127.0.0.1"), port);
-  state->acceptor.open(here.protocol(), failed);
-  if (!failed) state->acceptor.set_option(asio::socket_base::reuse_address(true), failed);
-  if (!failed) state->acceptor.bind(here, failed);
-  if (!failed) state->acceptor.listen(asio::socket_base::max_listen_connections, failed);
-  if (failed)
-    return Error{"cannot listen on port " + std::to_string(port) + " (" + failed.message() +
+  if (const Status listening = state->listener.listen("127.0.0.1", port); !listening)
+    return Error{"cannot listen on port " + std::to_string(port) + " (" + listening.error() +
                  "); choose another one with --port"};
-  const std::string number = std::to_string(state->acceptor.local_endpoint().port());
-  state->host = "127.0.0.1:" + number;
-  state->local_host = "localhost:" + number;
-  state->accept();
+  const std::string number = std::to_string(state->listener.port());
+  state->local.hosts = {"127.0.0.1:" + number, "localhost:" + number};
+  state->listener.start([here = state.get()](net::Socket socket) {
+    serve_http(std::move(socket), *here, here->local);
+  });
   return std::unique_ptr<Server>(new Server(std::move(state)));
 }
 
 Server::Server(std::unique_ptr<State> state) : state_(std::move(state)) {}
 Server::~Server() = default;
-uint16_t Server::port() const { return state_->acceptor.local_endpoint().port(); }
+uint16_t Server::port() const { return state_->listener.port(); }
 std::string Server::url() const {
-  return "http://" + state_->host + "/?token=" + state_->door.token();
+  return "http://" + state_->local.hosts.front() + "/?token=" + state_->door.token();
 }
 void Server::on_new_address(std::function<void(const std::string&)> notify) {
   state_->door.on_new_token = [this, notify = std::move(notify)](const std::string&) {
     notify(url());
   };
 }
+
+Result<LanPlace> Server::serve_lan(const LanOptions& how,
+                                   std::function<void(const std::string&)> on_code) {
+  const Result<Certificate> kept = keep_certificate(how.certificate, how.addresses);
+  if (!kept) return Error{kept.error()};
+  State& s = *state_;
+  auto listener = TlsListener::listen(
+      s.loop, how.addresses, how.port, kept.value().pem, s.network.guests,
+      std::chrono::duration_cast<net::Duration>(std::chrono::duration<double>(s.limits.header_s)),
+      [&s](net::Socket socket) { serve_http(std::move(socket), s, s.network); });
+  if (!listener) return Error{listener.error()};
+  s.tls_listener = std::move(listener).value();
+  const std::string port = std::to_string(s.tls_listener->port());
+  // With the port, because a browser sends a cookie to every port of an address.
+  s.network.cookie = "__Host-kibori-" + port;
+  LanPlace place{{}, kept.value().fingerprint, kept.value().made};
+  for (const std::string& address : how.addresses) {
+    const bool v6 = address.find(':') != address.npos;
+    std::string host = v6 ? "[" + address + "]" : address;
+    s.network.hosts.push_back(host.append(":").append(port));
+    place.urls.push_back("https://" + s.network.hosts.back() + "/");
+  }
+  s.pairing.on_code = std::move(on_code);
+  return place;
+}
+
+void Server::offer_code() { state_->pairing.offer(Pairing::Clock::now()); }
+
 void Server::publish_by(std::unique_ptr<Publisher> publisher) {
   state_->publisher = std::move(publisher);
   state_->update_publisher();
@@ -533,7 +573,7 @@ void Server::notify(const std::string& text) { state_->notify(text); }
 void Server::run(const std::function<bool()>& stop) {
   state_->stop = stop;
   state_->follow();
-  state_->io.run();
+  state_->loop.run();
 }
 
 bool Server::idle() const { return state_->all_ended; }

@@ -10,25 +10,41 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <vector>
 
-#include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <nlohmann/json.hpp>
+
+#include <kibori/net/web.h>
 
 #include "apps/studio/door.h"
 #include "apps/studio/imports.h"
 #include "apps/studio/job.h"
 #include "apps/studio/messages.h"
+#include "apps/studio/pairing.h"
 #include "apps/studio/server.h"
 #include "apps/studio/session/experiment_session.h"
 #include "apps/studio/session/live_session.h"
+#include "apps/studio/session/playback_session.h"
+#include "apps/studio/tls_listener.h"
 
 namespace kibori::studio {
 
 class WebSocketClient;
 
-// The materials as JSON for pages: name, colour, and contrast of the rings.
+// An entrance for connections: from this machine, or from the network.
+struct Entrance {
+  std::string scheme;  // http or https
+  // This server's names in a browser, as the header Host has them.
+  std::vector<std::string> hosts;
+  GuestList guests;
+  // The entrance of the network: devices show a session in the cookie named `cookie`. Null: the
+  // entrance of this machine, where browsers show the door's key.
+  Pairing* pairing = nullptr;
+  std::string cookie;
+};
+
+// The materials as JSON for pages: name, colour, growth rings, grain and force law.
 nlohmann::json materials_json(const std::vector<Material>& materials);
 
 struct Server::State {
@@ -38,25 +54,23 @@ struct Server::State {
       : library(std::move(l)),
         how(std::move(h)),
         limits(m),
-        door(m.connections, m.strangers),
-        imports(m.import_bytes),
-        acceptor(io),
-        timer(io),
-        job(io) {}
+        local{"http", {}, {m.connections, m.strangers}, nullptr, {}},
+        network{"https", {}, {m.connections, m.strangers}, &pairing, {}},
+        imports(m.import_bytes) {}
   ~State();
 
-  void accept();
   void follow();
   void send_ticks();
   void send_state();
-  // Sends the force device that holds the tool to this page, or to every page if null.
+  // Sends a description of the force device that holds the tool to this page, or to every page if
+  // null.
   void send_device(WebSocketClient* page);
   void send_work();
   void hold(WebSocketClient* page);
   void on_message(WebSocketClient& page, const FromPage& message);
   // Sends a sentence to every page.
   void notify(const std::string& text);
-  // Shows this document from now on, or none.
+  // Replaces the shown document. Null: shows the start page.
   void show(std::unique_ptr<Session> opened);
   // Makes or opens a document on another thread and shows it. `fresh` is the path of a new
   // document, which is removed if it is not wanted; else empty. `done` receives the result; its
@@ -73,11 +87,17 @@ struct Server::State {
   void work(const std::string& what, std::function<Job::Then(std::atomic<double>&)> work,
             bool cancellable = true);
   void carve_example(WebSocketClient& page, const std::string& name);
+  // Carves a document of the library again at another pitch.
+  void change_detail(WebSocketClient& page, const ChangeDetail& change);
   void run_experiment(WebSocketClient& page, const RunExperiment& run);
   // Sends the current tool to every page.
   void show_tool(const Tool& tool);
   // Sends the result of an experiment, once.
   void follow_experiment();
+  // Sends the state of a milling job.
+  void follow_playback();
+  // Makes a document of the milling job and shows it.
+  void keep_program(WebSocketClient& page, const std::string& name);
   // Sends a message to every page.
   void send(const std::vector<uint8_t>& message);
   // The content of the start page, for the page with this key.
@@ -92,33 +112,41 @@ struct Server::State {
   const Library library;
   const SessionOptions how;  // applies to documents that are opened
   const Limits limits;
-  std::string host, local_host;  // this server's names in a browser
   Door door;
+  Pairing pairing;
+  Entrance local, network;  // guests leave them when `loop` is destroyed
   Imports imports;
   std::set<WebSocketClient*> pages;  // pages that have sent Hello
   WebSocketClient* holder = nullptr;
-  // Where unsaved work is stored if it is not in its place. The job that saves writes it.
+  // Sentences about documents that could not be saved in their own files: where each one is now.
+  // The job that saves a document adds its sentence.
   const std::shared_ptr<std::string> left_unsaved = std::make_shared<std::string>();
   double ticks_sent = 0;
   std::optional<HandTick> second_tick;  // the latest
-  bool second_hand_sent = false;        // pages know of a second hand
+  bool second_hand_sent = false;        // the last message had a second hand
   std::vector<uint8_t> second_message();
   std::vector<float> tick_rows;          // not sent yet
   std::unique_ptr<Publisher> publisher;  // null: not requested
-  void update_publisher();               // which document it is
+  void update_publisher();               // sends the description of the current document
   bool traced = false;                   // the experiment's result was sent
   std::vector<uint8_t> trace_sent;       // for pages that connect later; empty: none yet
-  std::optional<ShowTool> shown;         // the tool; none: unknown
-  std::optional<ShowStamp> stamp;        // its triangles if it is a stamp
+  // The last messages about a milling job, for pages that connect later, and their content.
+  std::vector<uint8_t> playback_sent, played_sent;
+  std::tuple<size_t, bool, size_t> problems_sent;
+  PlaybackStatus last_status;
+  Clock::time_point played_at{};
+  std::optional<ShowTool> shown;   // the tool; none: unknown
+  std::optional<ShowStamp> stamp;  // its triangles if it is a stamp
   std::string sent_error;
   Clock::time_point error_sent_at{}, clipped_at{};
   Clock::time_point state_at{}, ticks_at{}, work_at{};
   std::function<bool()> stop;
-  // Destroyed first, because its pending handlers use the members above.
-  boost::asio::io_context io{1};
-  boost::asio::ip::tcp::acceptor acceptor;
-  boost::asio::steady_timer timer;
-  Job job;
+  // Destroyed before the members above, because its pending handlers use them.
+  net::Loop loop;
+  net::Listener listener{loop};
+  std::unique_ptr<TlsListener> tls_listener;  // null: no network
+  net::Timer timer{loop};
+  Job job{loop};
   bool all_ended = true;  // false: close() found work that still runs
 };
 

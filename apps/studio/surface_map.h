@@ -12,13 +12,13 @@
 
 namespace kibori::studio {
 
-// The map that one page looks at.
+// The map that one page shows.
 class SurfaceMap {
  public:
   virtual ~SurfaceMap() = default;
 
   virtual BodyId body() const = 0;
-  // Whether the map is still valid for these bodies at that step.
+  // True if the map is still valid for these bodies at that step.
   virtual bool is_of(const kibori::BodyList& bodies, BodyId worked_on, StepId step) const = 0;
   // Colours a chunk and keeps its numbers.
   virtual SurfaceChunk paint(SurfaceChunk chunk, const Index3& at) = 0;

@@ -8,7 +8,8 @@
 
 namespace kibori::studio {
 
-// Keeps only the ticks with the largest forces if there are too many.
+// If there are too many ticks, it divides them into groups of successive ticks. It keeps the tick
+// with the largest force of each group.
 Trace trace_of(const ExperimentSession& run, const Carving& carving);
 
 }  // namespace kibori::studio

@@ -6,52 +6,31 @@
 #include <optional>
 #include <utility>
 
-#include <boost/beast/core.hpp>
-#include <boost/beast/http.hpp>
-#include <boost/beast/websocket.hpp>
 #include <nlohmann/json.hpp>
 
 #include <kibori/base/hash.h>
 
-#include "apps/studio/accept_websocket.h"
 #include "apps/studio/chunks.h"
 #include "apps/studio/tool_message.h"
 
 namespace kibori::studio {
 namespace {
 
-namespace asio = boost::asio;
-namespace beast = boost::beast;
-namespace http = beast::http;
-namespace websocket = beast::websocket;
-
 constexpr size_t kHelloBytes = 1024;    // max size of the first message
 constexpr size_t kFrameBytes = 400000;  // approximate size of a frame of chunks
-constexpr size_t kMaxLabelBytes = 200;  // of a step's label, which the document can set freely
+constexpr size_t kMaxLabelBytes = 200;  // of a step's label; documents set no limit
 
 }  // namespace
 
-struct WebSocketClient::Connection {
-  websocket::stream<beast::tcp_stream> socket;
-  asio::steady_timer first;  // until the page says hello
-  http::request<http::empty_body> request;
-  beast::flat_buffer buffer;
-};
-
-void accept_websocket(beast::tcp_stream stream, http::request<http::empty_body> request,
-                      Server::State& server, std::shared_ptr<Guest> guest) {
-  auto connection = std::unique_ptr<WebSocketClient::Connection>(new WebSocketClient::Connection{
-      websocket::stream<beast::tcp_stream>(std::move(stream)), asio::steady_timer(server.io),
-      std::move(request), beast::flat_buffer()});
-  std::make_shared<WebSocketClient>(std::move(connection), server, std::move(guest))->accept();
-}
-
-WebSocketClient::WebSocketClient(std::unique_ptr<Connection> connection, Server::State& server,
-                                 std::shared_ptr<Guest> guest)
-    : connection_(std::move(connection)),
+WebSocketClient::WebSocketClient(std::unique_ptr<net::WebSocket> socket, Server::State& server,
+                                 std::shared_ptr<Guest> guest,
+                                 std::function<bool(std::string_view key)> admits)
+    : socket_(std::move(socket)),
+      first_(server.loop),
       server_(server),
       key_(random_hex()),
-      guest_(std::move(guest)) {
+      guest_(std::move(guest)),
+      admits_(std::move(admits)) {
   guest_->leave_by([this] { drop(); });
 }
 
@@ -62,24 +41,17 @@ WebSocketClient::~WebSocketClient() {
 }
 
 void WebSocketClient::accept() {
-  auto timeout = websocket::stream_base::timeout::suggested(beast::role_type::server);
-  timeout.idle_timeout = std::chrono::seconds(30);
-  timeout.keep_alive_pings = true;
-  connection_->socket.set_option(timeout);
-  connection_->socket.read_message_max(kHelloBytes);
-  connection_->socket.binary(true);
-  connection_->socket.async_accept(
-      connection_->request, [self = shared_from_this()](beast::error_code failed) {
-        if (failed) return;
-        // Drop a connection that sends no Hello in time.
-        self->connection_->first.expires_after(
-            std::chrono::duration_cast<Server::State::Clock::duration>(
-                std::chrono::duration<double>(self->server_.limits.header_s)));
-        self->connection_->first.async_wait([self](beast::error_code stopped) {
-          if (!stopped && !self->greeted_) self->drop();
-        });
-        self->read();
-      });
+  socket_->max_message(kHelloBytes);
+  socket_->accept([self = shared_from_this()](bool accepted) {
+    if (!accepted) return;
+    // Drop a connection that sends no Hello in time.
+    self->first_.start(std::chrono::duration_cast<Server::State::Clock::duration>(
+                           std::chrono::duration<double>(self->server_.limits.header_s)),
+                       [self] {
+                         if (!self->greeted_) self->drop();
+                       });
+    self->read();
+  });
 }
 
 void WebSocketClient::send(std::vector<uint8_t> message) {
@@ -111,13 +83,16 @@ void WebSocketClient::restart() {
                       std::filesystem::path(session.name()).filename().string(),
                       materials.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace),
                       session.stock_material(), key_,
-                      static_cast<uint8_t>(session.experiment() ? 2
-                                           : !session.live()    ? 1
-                                                                : 0)}));
+                      static_cast<uint8_t>(session.playback()     ? 3
+                                           : session.experiment() ? 2
+                                           : !session.live()      ? 1
+                                                                  : 0)}));
   server_.send_device(this);
   if (server_.stamp) send(encode(*server_.stamp));
   if (server_.shown) send(encode(*server_.shown));
-  if (!server_.trace_sent.empty()) send(server_.trace_sent);
+  for (const auto* const message :
+       {&server_.trace_sent, &server_.playback_sent, &server_.played_sent})
+    if (!message->empty()) send(*message);
   offer_bodies();
   offer_history();
 }
@@ -135,10 +110,10 @@ void WebSocketClient::forget(BodyId body) {
 
 void WebSocketClient::show(BodyId body) {
   const LiveSurface& surface = *server_.session->surface(body);
-  const Index3 count = surface_chunks(server_.session->lattice());
-  for (int x = 0; x < count.x(); x++)
-    for (int y = 0; y < count.y(); y++)
-      for (int z = 0; z < count.z(); z++)
+  const ChunkRange range = surface_chunks(server_.session->bodies().find(body)->model.lattice);
+  for (int x = range.low.x(); x < range.high.x(); x++)
+    for (int y = range.low.y(); y < range.high.y(); y++)
+      for (int z = range.low.z(); z < range.high.z(); z++)
         if (!surface.chunk({x, y, z}).triangles.empty()) dirty_.insert({body, Index3(x, y, z)});
 }
 
@@ -284,38 +259,32 @@ void WebSocketClient::offer_method(MethodView::Clock::time_point now) {
 }
 
 void WebSocketClient::read() {
-  connection_->socket.async_read(
-      connection_->buffer, [self = shared_from_this()](beast::error_code failed, size_t) {
-        if (failed) return self->leave();
-        const auto data = self->connection_->buffer.cdata();
-        const std::optional<FromPage> message =
-            self->connection_->socket.got_binary()
-                ? decode<FromPage>(static_cast<const uint8_t*>(data.data()), data.size())
-                : std::nullopt;
-        self->connection_->buffer.consume(self->connection_->buffer.size());
-        if (!message) return self->drop();
-        if (!self->greeted_) {
-          const auto* const hello = std::get_if<Hello>(&*message);
-          if (!hello) return self->drop();
-          if (!self->server_.door.is_key(hello->key))
-            return self->refuse(websocket::close_code::policy_error);
-          if (!self->guest_->welcome()) return self->refuse(websocket::close_code::try_again_later);
-          if (hello->version != kProtocolVersion) {
-            self->notify("this page belongs to another version of Kibori; reload it");
-          } else {
-            self->greet();
-          }
-        } else {
-          self->server_.on_message(*self, *message);
-        }
-        if (!self->closed_) self->read();
-      });
+  socket_->read([self = shared_from_this()](std::optional<net::WebSocketMessage> frame) {
+    if (!frame) return self->leave();
+    const std::optional<FromPage> message =
+        frame->binary ? decode<FromPage>(frame->bytes.data(), frame->bytes.size()) : std::nullopt;
+    if (!message) return self->drop();
+    if (!self->greeted_) {
+      const auto* const hello = std::get_if<Hello>(&*message);
+      if (!hello) return self->drop();
+      if (!self->admits_(hello->key)) return self->refuse(net::kClosePolicy);
+      if (!self->guest_->welcome()) return self->refuse(net::kCloseTryLater);
+      if (hello->version != kProtocolVersion) {
+        self->notify("this page belongs to another version of Kibori; reload it");
+      } else {
+        self->greet();
+      }
+    } else {
+      self->server_.on_message(*self, *message);
+    }
+    if (!self->closed_) self->read();
+  });
 }
 
 void WebSocketClient::greet() {
   greeted_ = true;
-  connection_->first.cancel();
-  connection_->socket.read_message_max(server_.limits.message_bytes);
+  first_.cancel();
+  socket_->max_message(server_.limits.message_bytes);
   server_.pages.insert(this);
   server_.sent_error.clear();
   if (!server_.holder) server_.hold(this);
@@ -324,27 +293,26 @@ void WebSocketClient::greet() {
 }
 
 void WebSocketClient::write() {
-  connection_->socket.async_write(asio::buffer(queue_.front()),
-                                  [self = shared_from_this()](beast::error_code failed, size_t) {
-                                    if (failed) return self->leave();
-                                    self->waiting_bytes_ -= self->queue_.front().size();
-                                    self->queue_.pop_front();
-                                    if (!self->queue_.empty() && !self->closed_) self->write();
-                                  });
+  socket_->write(queue_.front(), [self = shared_from_this()](bool sent) {
+    if (!sent) return self->leave();
+    self->waiting_bytes_ -= self->queue_.front().size();
+    self->queue_.pop_front();
+    if (!self->queue_.empty() && !self->closed_) self->write();
+  });
 }
 
 void WebSocketClient::refuse(uint16_t why) {
   leave();
-  connection_->socket.async_close(why, [self = shared_from_this()](beast::error_code) {});
+  socket_->close(why, [self = shared_from_this()] {});
 }
 
 void WebSocketClient::drop() {
   leave();
-  beast::get_lowest_layer(connection_->socket).close();
+  socket_->drop();
 }
 void WebSocketClient::leave() {
   closed_ = true;
-  connection_->first.cancel();
+  first_.cancel();
   server_.pages.erase(this);
   server_.imports.drop(this);
   if (server_.holder == this) server_.hold(nullptr);

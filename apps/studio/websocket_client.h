@@ -3,10 +3,12 @@
 #pragma once
 
 #include <deque>
+#include <functional>
 #include <map>
 #include <memory>
 #include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "apps/studio/method.h"
@@ -18,16 +20,17 @@ namespace kibori::studio {
 
 class WebSocketClient : public std::enable_shared_from_this<WebSocketClient> {
  public:
-  struct Connection;
-
-  WebSocketClient(std::unique_ptr<Connection> connection, Server::State& server,
-                  std::shared_ptr<Guest> guest);
+  // `admits` returns true if the page may enter with this key.
+  WebSocketClient(std::unique_ptr<net::WebSocket> socket, Server::State& server,
+                  std::shared_ptr<Guest> guest, std::function<bool(std::string_view key)> admits);
   ~WebSocketClient();
 
+  // Completes the handshake, and reads from then on.
   void accept();
   void send(std::vector<uint8_t> message);
   void notify(const std::string& text) { send(encode(Notice{text})); }
-  // Another document or none is shown. Forgets everything that the page has received.
+  // Forgets everything that the page has received. Call this when another document is shown, or
+  // none.
   void restart();
   // Marks chunks that have changed since this page got them.
   void changed(const std::vector<Session::ChunkPlace>& chunks) {
@@ -65,16 +68,19 @@ class WebSocketClient : public std::enable_shared_from_this<WebSocketClient> {
   void forget(BodyId body);
   void read();
   void greet();
-  // Closes with a code of RFC 6455. The page has no key, or there are too many pages.
+  // Closes the connection with a code of RFC 6455: the page has no valid key, or there are too many
+  // pages.
   void refuse(uint16_t why);
   void write();
   void drop();
   void leave();
 
-  const std::unique_ptr<Connection> connection_;
+  const std::unique_ptr<net::WebSocket> socket_;
+  net::Timer first_;  // runs until the page sends Hello
   Server::State& server_;
   const std::string key_;
   std::shared_ptr<Guest> guest_;
+  const std::function<bool(std::string_view key)> admits_;
   std::deque<std::vector<uint8_t>> queue_;
   size_t waiting_bytes_ = 0;
   std::set<Session::ChunkPlace, Before> dirty_;

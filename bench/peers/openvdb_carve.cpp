@@ -269,12 +269,13 @@ StepTimes openvdb_local_remesh(int n, const std::vector<Point>& path, float radi
   StepTimes result;
   std::vector<double> counts;
   for (size_t i = 0; i < path.size(); i++) {
-    stamp_levelset(access, path[i], radius);
+    const Point at = shifted(path[i]);
+    stamp_levelset(access, at, radius);
     if (static_cast<int>(i) < from) continue;
     const double start = now_us();
     const auto around = FloatGrid::create(kBand);
     around->setGridClass(openvdb::GRID_LEVEL_SET);
-    for_leaves(path[i], radius + kBand, [&](const Coord& origin) {
+    for_leaves(at, radius + kBand, [&](const Coord& origin) {
       if (const auto* leaf = access.probeConstLeaf(origin))
         around->tree().addLeaf(new openvdb::FloatTree::LeafNodeType(*leaf));
     });

@@ -1,6 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""A first carve: a wavy groove by a gouge, a bowl by a ball, a picture. Usage: first_carve.py [FOLDER]"""
+"""A first carve: a ball carves a bowl, a gouge carves wavy grooves around it, and a picture is drawn.
+
+Usage: first_carve.py [FOLDER]
+"""
 import pathlib
 import sys
 
@@ -12,13 +15,13 @@ folder = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else ".")
 
 board = kb.Model.block(size=(90, 60, 18), pitch=0.2, material="walnut")
 
-# A bowl: rounds that go deeper towards the middle.
+# A bowl: a spiral that gets deeper towards the middle.
 turns = np.linspace(0, 2 * np.pi * 14, 2000)
 shrink = np.linspace(1, 0, len(turns))
 bowl = np.column_stack([45 + 22 * shrink * np.cos(turns), 30 + 16 * shrink * np.sin(turns), 18 - 8 * (1 - shrink**2)])
 hollowed = board.carve(kb.Ball(radius=6), bowl, powered="motor", label="bowl")
 
-# Waves around it, on both sides at once: a gouge is turned to the way it goes.
+# Wavy grooves on both sides of the bowl, by symmetry. The gouge is turned to the direction of its path.
 x = np.linspace(6, 84, 300)
 y = 6 + 1.5 * np.sin(x / 4)
 heading = np.arctan2(np.gradient(y), np.gradient(x))

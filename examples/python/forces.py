@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""What a groove costs: the same path in every wood, and at every depth. Usage: forces.py"""
+"""Prints the mean force of a groove in every material at several depths. Usage: forces.py"""
 import numpy as np
 
 import kibori as kb
@@ -14,7 +14,7 @@ def groove(depth, rows=400):
 def mean_force(material, depth):
     block = kb.Model.block((60, 30, 20), 0.4, material)
     result = block.carve(kb.Ball(radius=4), groove(depth))
-    middle = slice(len(result) // 4, -len(result) // 4)  # where the ball is whole within the block
+    middle = slice(len(result) // 4, -len(result) // 4)  # where the ball is not near the block's ends
     return np.linalg.norm(result.force[middle], axis=1).mean()
 
 

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""From a labelled volume to a mesh that prints: a shell over a core is opened, cut in two, and exported.
+"""From a labelled volume to a mesh for printing: a shell over a core is opened, cut in two, and exported.
 
-The volume is made here; a segmented scan as an array of labels does as well. Usage: scan_to_print.py [FOLDER]
+This script makes the volume. A segmented scan can replace it, as an array of labels. Usage: scan_to_print.py [FOLDER]
 """
 import pathlib
 import sys
@@ -23,7 +23,7 @@ marrow = kb.Material("core", u=2, color=(186, 88, 74))
 model = kb.Model.volume(labels, voxel=(voxel,) * 3, pitch=0.3, materials={1: bone, 2: marrow})
 whole = model.volume_mm3
 
-# A window is milled, layer by layer: down in the middle, out on a spiral, and back.
+# Mills a window, layer by layer: down in the middle, out on a spiral, and back.
 turns = np.linspace(0, 2 * np.pi * 4, 400)
 out = np.column_stack([20 + 7 * turns / turns[-1] * np.cos(turns), 20 + 7 * turns / turns[-1] * np.sin(turns)])
 layers = [np.column_stack([side, np.full(len(side), z)]) for z in np.arange(38.5, 28, -1.5) for side in (out, out[::-1])]

@@ -22,7 +22,7 @@ enum class Stored {
   required,        // in all documents
   always,          // in all documents except older ones
   unless_default,  // only if it is not the default
-  where_used       // only if the rest of the stroke uses it; the codec decides
+  where_used       // only if other settings of the stroke use it; the codec decides
 };
 
 struct FieldInfo {

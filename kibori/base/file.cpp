@@ -19,8 +19,8 @@ namespace kibori {
 
 namespace {
 
-// The permissions that the user denies others on new files. Read from the kernel's status file:
-// umask() can only read the mask by setting it, which affects all threads.
+// The permissions that the user's umask removes from new files. The function reads it from /proc,
+// because umask() can only read it by setting it, which affects all threads.
 mode_t umask_of_process() {
   std::ifstream status("/proc/self/status");
   for (std::string line; std::getline(status, line);)
@@ -76,7 +76,7 @@ NewFile::NewFile(const std::filesystem::path& path) : path_(path) {
   const auto there = std::filesystem::status(path, error);
   folder_ = std::filesystem::is_directory(there);
   direct_ = std::filesystem::exists(there) && !folder_ && !std::filesystem::is_regular_file(there);
-  // The target of a link to a pipe (/dev/fd/63) has no name.
+  // A link to a pipe, such as /dev/fd/63, has no named target. So only other links are followed.
   if (!direct_ && std::filesystem::is_symlink(path, error)) path_ = place_of(path);
   if (direct_)
     part_ = path_;

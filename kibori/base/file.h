@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Files that appear complete or not at all, and temporary files and folders.
+// Writes a file so that either the whole file appears, or none. Also temporary files and folders.
 #pragma once
 
 #include <cstdint>
@@ -24,7 +24,7 @@ Result<std::filesystem::path> make_sibling(const std::filesystem::path& path);
 std::filesystem::path place_of(const std::filesystem::path& path);
 // Waits until a file is on the disk. Returns false if that failed.
 bool sync_to_disk(const std::filesystem::path& path);
-// The same for the file's name, which is stored in its folder.
+// Waits until the file's name, which is stored in its folder, is on the disk.
 bool sync_name(const std::filesystem::path& path);
 
 // Writes a temporary file next to the target. On commit, it waits until the data is on the disk,
@@ -55,8 +55,8 @@ class NewFile {
   bool folder_ = false, direct_ = false, failed_ = false;
 };
 
-// Bytes stored temporarily on disk, next to the file that they will end in. They are deleted with
-// the object, or when the process ends.
+// Bytes stored temporarily on disk, next to the file `sibling`. They are deleted with the object,
+// or when the process ends.
 class Spool {
  public:
   explicit Spool(const std::filesystem::path& sibling);

@@ -4,7 +4,7 @@
 namespace kibori {
 namespace {
 
-// Only brackets outside of texts count. The text need not be valid.
+// Counts brackets outside of strings. The text need not be valid JSON.
 bool too_deep(std::string_view text) {
   int depth = 0;
   bool quoted = false;
@@ -29,7 +29,7 @@ Json parse_json(std::string_view text, std::string* why) {
   Json json(Json::value_t::discarded);
   std::string reason;
   if (too_deep(text)) {
-    reason = "it has more than " + std::to_string(kMaxJsonDepth) + " levels deep";
+    reason = "it is nested more than " + std::to_string(kMaxJsonDepth) + " levels deep";
   } else {
     try {
       json = Json::parse(text);

@@ -12,8 +12,8 @@ namespace kibori {
 
 using Json = nlohmann::json;
 
-// Maximum number of lists and objects inside each other. Copying and writing a value uses the stack
-// for each level; 100 000 levels overflow it. What Kibori reads has at most about ten.
+// Maximum depth of nested lists and objects. Copying and writing a value uses the stack for each
+// level; 100 000 levels overflow it. Kibori's own formats have at most about ten levels.
 inline constexpr int kMaxJsonDepth = 100;
 
 // Returns a discarded value, which is neither an object nor a list, if the text is not JSON or is

@@ -37,8 +37,8 @@ inline constexpr unsigned kGroupMask = (1u << kLanes) - 1;
 
 HWY_INLINE VF F(float x) { return hn::Set(DF(), x); }
 
-// base + lane for the lanes of a group, with one rounding each. (base + 8) + 3 can differ from base
-// + 11 in the last bit.
+// base + lane index, for the lanes of a group, rounded once. Two additions would round twice:
+// (base + 8) + 3 can differ from base + 11 in the last bit.
 HWY_INLINE VF LanesFrom(float base, size_t group) {
   return hn::Add(F(base), hn::Iota(DF(), static_cast<float>(group * kLanes)));
 }
@@ -55,8 +55,8 @@ HWY_INLINE MF FromBits(unsigned bits) {
   return hn::LoadMaskBits(DF(), bytes);
 }
 
-// 1/sqrt(x) for x > 0 to about 5e-6. It uses an integer first guess and two Newton steps, so it is
-// equal on every target.
+// 1/sqrt(x) for x > 0, with a relative error of about 5e-6. It uses an integer first guess and two
+// Newton steps, so the result is equal on every target.
 HWY_INLINE VF RoughRsqrt(VF x) {
   const DF d;
   const DI di;

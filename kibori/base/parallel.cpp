@@ -11,8 +11,8 @@
 namespace kibori::detail {
 
 void run_on_pool(int threads, size_t count, void (*call)(void*, size_t), void* context) {
-  // Kept for each calling thread. TBB releases arenas slowly. Unreleased arenas slow down all
-  // others and use memory.
+  // Each calling thread keeps its arenas. An arena per call would be expensive: TBB releases arenas
+  // late, and until then they use memory and slow down all others.
   thread_local std::map<int, oneapi::tbb::task_arena> arenas;
   const int width = std::min(threads, oneapi::tbb::info::default_concurrency());
   arenas.try_emplace(width, width).first->second.execute([&] {

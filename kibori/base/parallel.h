@@ -14,7 +14,7 @@ void run_on_pool(int threads, size_t count, void (*call)(void*, size_t), void* c
 }  // namespace detail
 
 // Runs f(0) ... f(count - 1) on up to `threads` threads, and returns when all are done. If threads
-// <= 1, it runs on the caller's thread, in order and without allocation.
+// <= 1 or count <= 1, it runs on the caller's thread, in order and without allocation.
 template <class F>
 void run_parallel(int threads, size_t count, F&& f) {
   if (threads <= 1 || count <= 1) {
@@ -41,8 +41,8 @@ void run_parallel(int threads, size_t count, F&& f) {
   static_cast<void>(job.order.load(std::memory_order_acquire));
 }
 
-// Runs f(i, thread) for i < count, each i once, with thread < max(threads, 1). For many short
-// pieces of work that share scratch memory per thread.
+// Runs f(i, thread) once for each i < count, with thread < max(threads, 1). Use it for many short
+// pieces of work that need scratch memory per thread.
 template <class F>
 void run_parallel_slices(int threads, size_t count, F&& f) {
   if (threads <= 1) {
@@ -55,7 +55,8 @@ void run_parallel_slices(int threads, size_t count, F&& f) {
   });
 }
 
-// For very short pieces: calls f(first, number) for ranges of kPieceSize, and for the remainder.
+// For very short pieces of work: calls f(first, number) for ranges of kPieceSize indices. The last
+// range may be shorter.
 inline constexpr size_t kPieceSize = 256;
 template <class F>
 void run_parallel_ranges(int threads, size_t count, F&& f) {
@@ -65,7 +66,7 @@ void run_parallel_ranges(int threads, size_t count, F&& f) {
   });
 }
 
-// The same, as f(i) for i < count.
+// The same, but calls f(i) for each i < count.
 template <class F>
 void run_parallel_pieces(int threads, size_t count, F&& f) {
   run_parallel_ranges(threads, count, [&](size_t first, size_t number) {

@@ -9,9 +9,9 @@
 
 namespace kibori {
 
-// Formats a share (1 is all) in percent. It has one decimal, or enough decimals for two digits of
-// the value or of its difference to 100. So 100 % means all and 0 % means none (to a millionth of a
-// percent). No exponents, no trailing zeros.
+// Formats a share (1 is all) in percent, with one decimal. A value near 0 or 100 has more decimals,
+// up to six. They show two digits of the value, or of its difference from 100. So 100 % means all
+// and 0 % means none, to a millionth of a percent. The text has no exponent and no trailing zeros.
 inline std::string percent(double share) {
   const double value = 100 * share, smaller = std::min(std::abs(value), std::abs(100 - value));
   const int decimals = smaller > 0 && std::isfinite(smaller)

@@ -10,15 +10,15 @@
 
 namespace kibori {
 
-// A text of more than 4000 bytes loses its middle.
+// If the text has more than 4000 bytes, an ellipsis replaces its middle.
 struct Error {
   Error() = default;
   explicit Error(std::string text);
   std::string message;
 };
 
-// For what a message quotes, such as a name from a file: replaces control characters, and the
-// middle of more than 300 bytes.
+// Makes a quoted text, such as a name from a file, safe for a message. Replaces control characters
+// by spaces. If the text has more than 300 bytes, an ellipsis replaces its middle.
 std::string sanitize_message(std::string text);
 
 // A value or an Error. Access to the one that is not set is a programming error and stops the

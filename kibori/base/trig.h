@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// sin, cos and arc cosine whose bits do not depend on the C library. Results in a model must replay
-// on every machine. Accurate to 1e-15 within a turn (1e-14 within ten). tests/test_base.cpp checks
-// them against the C library.
+// Sine, cosine and angle of a direction. Their bits do not depend on the C library, so a replay
+// gives the same model on every machine. Accurate to 1e-15 within a turn (1e-14 within ten).
+// tests/test_base.cpp checks them against the C library.
 #pragma once
 
 #include <cmath>
@@ -40,8 +40,8 @@ inline SinCos sin_cos(double angle_rad) {
 
 // Angle in [0, pi] of the direction (cosine, sine >= 0). The pair need not be normalised.
 inline double angle_of(double sine, double cosine) {
-  // Newton's method on sin(a - angle) = 0 from a coarse start. It converges cubically, so five
-  // steps are enough.
+  // Newton's method on sin(a - angle) = 0 from a coarse start. It converges cubically, so six steps
+  // are enough.
   const double length = std::sqrt(sine * sine + cosine * cosine);
   if (!(length > 0)) return 0;
   sine /= length;

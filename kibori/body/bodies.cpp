@@ -15,7 +15,7 @@
 namespace kibori {
 namespace {
 
-constexpr double kFarthestMm = 1e6;  // limit of the distance of a body or a position
+constexpr double kFarthestMm = 1e6;  // maximum distance of a body or a position from the origin
 
 bool same_pose(const Pose& a, const Pose& b) { return a.tip == b.tip && a.frame == b.frame; }
 
@@ -28,8 +28,8 @@ Pose relative(const Pose& of, const Pose& to) {
 std::vector<uint8_t> materials_of(const Snapshot& model) {
   std::vector<bool> there(kMaxMaterials, false);
   const FieldSnapshot& z = model.field(Axis::z);
-  for (int tv = 0; tv < z.tiles_v(); tv++)
-    for (int tu = 0; tu < z.tiles_u(); tu++) {
+  for (int tv = z.tv_begin(); tv < z.tv_end(); tv++)
+    for (int tu = z.tu_begin(); tu < z.tu_end(); tu++) {
       const Tile& tile = z.tile(tu, tv);
       if (tile.empty) continue;
       if (tile.material != kMixedMaterial) {
@@ -51,8 +51,8 @@ void take_paint(TriDexel& model, const Snapshot& other) {
   for (const Axis axis : kAxes) {
     Field& field = model.field(axis);
     const FieldSnapshot& from = other.field(axis);
-    for (int tv = 0; tv < from.tiles_v(); tv++)
-      for (int tu = 0; tu < from.tiles_u(); tu++) {
+    for (int tv = from.tv_begin(); tv < from.tv_end(); tv++)
+      for (int tu = from.tu_begin(); tu < from.tu_end(); tu++) {
         const Tile& tile = from.tile(tu, tv);
         for (const Plane* p = &tile.first; p; p = p->next) {
           if (!p->paint) continue;
@@ -86,6 +86,13 @@ class Acting {
   }
 
   Result<BodyChange> run() {
+    // The result must not depend on how far a lattice had grown, but only on the content.
+    for (Body& body : bodies_.all) {
+      if (!body.model.lattice.grown()) continue;
+      TriDexel model(body.model, body.material_bounds);
+      model.set_lattice(fitted_lattice(body.model));
+      put_back(body, model);
+    }
     const auto check_and_act = [&](const auto& verb) -> Status {
       if (Status s = check_bodies(verb.kRule); !s) return s;
       if (Status s = check(verb); !s) return s;
@@ -171,7 +178,7 @@ class Acting {
       if (!mask.no_go || mask.locked || !same_pose(mask.pose, own.pose))
         return Error{"body " + quoted(mask) + " is not a mask of body " + quoted(own)};
     } else if (verb.operation == SplineOperation::cut) {
-      return Error{"name the mask to change"};
+      return Error{"this action needs the name of the mask"};
     }
     return check_name(verb.properties);
   }
@@ -217,7 +224,7 @@ class Acting {
       return Status(Ok{});
     });
   }
-  // Maps x by the pose, then by the mirror, in the coordinates of the body's new lattice.
+  // Mirrors each model in its own coordinates. Its pose does not change.
   Status act(const BodyMirror& verb) {
     return each_and_masks([&](Body& body) {
       const CutPlane plane = in_body(verb.plane, body.pose);
@@ -287,14 +294,16 @@ class Acting {
     change_.made.push_back(body.id);
     bodies_.all.push_back(std::move(body));
   }
-  // An empty model that shares the memory of the bodies.
+  // An empty model that shares the memory of the bodies. Its lattice holds all of theirs.
   TriDexel nothing() const {
     const Snapshot& any = bodies_.all.front().model;
-    TriDexel model(any, TriDexel(any.lattice).material_bounds());
+    TriDexel model(any, LatticeBox());
+    for (const Body& body : bodies_.all)
+      model.set_lattice(joined(model.lattice(), body.model.lattice));
     for (const Axis axis : kAxes) {
       Field& field = model.field(axis);
-      for (int tv = 0; tv < field.tiles_v(); tv++)
-        for (int tu = 0; tu < field.tiles_u(); tu++) field.clear_tile(tu, tv);
+      for (int tv = field.tv_begin(); tv < field.tv_end(); tv++)
+        for (int tu = field.tu_begin(); tu < field.tu_end(); tu++) field.clear_tile(tu, tv);
     }
     return model;
   }
@@ -345,10 +354,9 @@ class Acting {
     return Ok{};
   }
   Status act(const BodyAdd& verb) {
-    const Snapshot& any = bodies_.all.front().model;
     TriDexel model = nothing();
     Removed made;
-    const SweptTool solid(verb.tool, verb.pose, Vec3::Zero(), any.lattice);
+    const SweptTool solid(verb.tool, verb.pose, Vec3::Zero(), model.lattice());
     deposit(model, solid.solid(), verb.material, edit_, made);
     if (made.points() == 0) return Error{"the added body has no material within the lattice"};
     change_.clipped |= made.clipped;
@@ -397,6 +405,7 @@ class Acting {
   }
   void unite(TriDexel& model, const Snapshot& other, const LatticeBox& bounds) {
     Removed changed;
+    model.set_lattice(joined(model.lattice(), other.lattice));
     for (const uint8_t material : materials_of(other))
       deposit(model, DexelSolid(other, bounds, material), material, edit_, changed);
     take_paint(model, other);
@@ -438,7 +447,7 @@ class Acting {
     size_t largest = 0;
     for (size_t i = 1; i < pieces.all().size(); i++)
       if (pieces.all()[i].nodes > pieces.all()[largest].nodes) largest = i;
-    if (bodies_.all.size() + pieces.all().size() > kMaxBodies)
+    if (bodies_.all.size() + pieces.all().size() - 1 > kMaxBodies)
       return Error{"body " + quoted(body) + " is in " + std::to_string(pieces.all().size()) +
                    " pieces, and the limit is " + std::to_string(kMaxBodies) + " bodies"};
     std::vector<int> to;
@@ -553,7 +562,8 @@ Result<std::shared_ptr<const NoGo>> no_go_of(const BodyList& bodies, BodyId work
   std::unique_ptr<TriDexel> all;
   for (const Body& body : bodies.all) {
     if (!body.no_go || body.id == worked_on || body.model.empty()) continue;
-    if (!all) all = std::make_unique<TriDexel>(own.model.lattice);
+    if (!all) all = std::make_unique<TriDexel>(fitted_lattice(own.model));
+    all->set_lattice(joined(all->lattice(), fitted_lattice(body.model)));
     Removed put_down;
     if (same_pose(body.pose, own.pose)) {
       deposit(*all, DexelSolid(body.model, body.material_bounds), 0, {}, put_down);
@@ -584,6 +594,7 @@ bool holds_some(const Pieces& pieces, int piece, const FieldSnapshot& z, const N
   const FieldSnapshot& kept = no_go.model().field(Axis::z).view();
   for (int v = box.min.y(); v <= box.max.y(); v++)
     for (int u = box.min.x(); u <= box.max.x(); u++) {
+      if (!kept.has_ray(u, v)) continue;
       int number = 0;
       bool meets = false;
       z.for_spans(u, v, [&](const Span& span) {
@@ -627,7 +638,8 @@ CrumbResult take_crumbs(TriDexel& model, const Snapshot& before, Crumbs rule, co
 std::vector<BodyId> add_bodies(BodyList& bodies, const Pose& pose,
                                const std::vector<Portion>& portions) {
   std::vector<BodyId> made;
-  // Creates all new bodies first, because a growing list moves the existing bodies.
+  // Creates all new bodies before the list grows. Growth moves the bodies in memory, and `pose` may
+  // be in one of them.
   std::vector<Body> added;
   for (const Portion& portion : portions) {
     Body& body = added.emplace_back();

@@ -3,8 +3,9 @@
 // the document's lattice, with its own pose. Strokes change the model of one body (motion/).
 // Actions change the list.
 //
-// If bodies have the same pose, joins and subtractions are exact: their ends are the same floats.
-// If a body has another pose, its surface is first converted onto the other's lattice.
+// If bodies have the same pose, join, subtract and intersect are exact: the result has the same
+// float32 ends as the bodies. If a body has another pose than the first body, it is first converted
+// to the first body's rays (placing.h).
 #pragma once
 
 #include <memory>
@@ -28,13 +29,13 @@ struct Body {
   // The lattice's pose in the world: a rigid motion, x_world = tip + frame x.
   Pose pose;
   bool visible = true;
-  bool locked = false;  // nothing changes it
-  bool no_go = false;   // like locked, and no stroke on another body cuts it: see no_go_of
+  bool locked = false;  // no stroke or action changes its material or pose
+  bool no_go = false;   // like locked; strokes on other bodies do not cut in its region (no_go_of)
   BodyId mask_of = 0;   // the body that this mask moves with; 0: not a mask
   Snapshot model;
   LatticeBox material_bounds;
 
-  // True if its material must not change.
+  // True if no action or stroke may change its material.
   bool kept() const { return locked || no_go; }
 };
 
@@ -65,9 +66,9 @@ struct BodyChange {
   bool clipped = false;    // material moved beyond the lattice and is lost
 };
 
-// Applies an action. An error leaves `bodies` unchanged: no such body, a locked body, a cutter that
-// check_cutter rejects, a pose that is not a rigid motion. Also too many bodies, or an action
-// without effect.
+// Applies an action. An error leaves `bodies` unchanged. Errors: no such body, a locked body, a
+// cutter that check_cutter rejects, a pose that is not a rigid motion. Also too many bodies, or an
+// action without effect.
 Result<BodyChange> apply(BodyList& bodies, const BodyAction& action, int threads = 1);
 
 // The material that strokes on a body must not cut: that of all other protected bodies, in the
@@ -75,9 +76,9 @@ Result<BodyChange> apply(BodyList& bodies, const BodyAction& action, int threads
 // of them.
 Result<std::shared_ptr<const NoGo>> no_go_of(const BodyList& bodies, BodyId worked_on);
 
-// The treatment of pieces that a stroke severs. `sort`: pieces below a tenth of the piece they came
-// from fall away, larger ones become bodies. `stay`, `fall`, `body`: all stay, all fall away, or
-// all become bodies.
+// The rule for pieces that a stroke cuts off. `sort`: a piece below a tenth of the piece that it
+// came from is removed ("falls"), a larger one becomes a body. `stay`, `fall`, `body`: all stay,
+// all are removed, or all become bodies.
 enum class Crumbs { sort, stay, fall, body };
 constexpr Names<4> names_of(Crumbs) { return {"sort", "stay", "fall", "body"}; }
 inline constexpr double kCrumbShare = 0.1;
@@ -85,14 +86,14 @@ inline constexpr double kCrumbShare = 0.1;
 // Result of take_crumbs.
 struct CrumbResult {
   std::vector<Portion> portions;  // severed pieces that become bodies
-  double fallen_mm3 = 0;
-  int fallen = 0;
+  double fallen_mm3 = 0;          // volume of the removed pieces
+  int fallen = 0;                 // their number
 };
 // Call at the end of a stroke. `before` is the model before the stroke, `model` after it. Removes
-// the severed pieces from `model`.
+// the severed pieces from `model`. A piece that reaches into `no_go` always stays.
 CrumbResult take_crumbs(TriDexel& model, const Snapshot& before, Crumbs rule,
                         const NoGo* no_go = nullptr, int threads = 1);
-// Adds the portions of take_crumbs as bodies with `pose`. `pose` may refer to a pose in `bodies`.
+// Adds the portions of take_crumbs as bodies with `pose`, which may be a reference into `bodies`.
 // Returns their ids.
 std::vector<BodyId> add_bodies(BodyList& bodies, const Pose& pose,
                                const std::vector<Portion>& portions);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The actions on the bodies of a document. There is one struct per verb, with the data that it
-// needs in addition to the bodies it names.
+// The actions on the bodies of a document. Each verb is a struct with its data. The bodies that the
+// action names are in BodyAction.
 //
 // A new verb needs:
 // - a struct here and an entry in BodyVerb,
@@ -8,7 +8,7 @@
 // - its JSON in document/body_codec.cpp,
 // - its label in the studio.
 //
-// If one is missing, nothing compiles.
+// If one is missing, the code does not compile.
 #pragma once
 
 #include <array>
@@ -33,10 +33,10 @@ inline constexpr size_t kMaxPathPoints = 4096;
 // Requirements of a verb on the bodies that it names.
 struct BodyRule {
   enum class Changes { none, first, all };
-  size_t fewest = 1;
-  Changes changes = Changes::all;  // a locked or protected body refuses such a change
-  bool of_no_go = false;           // the verb may change a protected body
-  bool places = false;             // masks move with their bodies
+  size_t fewest = 1;               // minimum number of bodies
+  Changes changes = Changes::all;  // bodies that it changes; they must not be locked or protected
+  bool of_no_go = false;           // true: it may change a protected body
+  bool places = false;             // true: it moves bodies, and their masks with them
 };
 
 // Only the properties that have a value are set.
@@ -90,7 +90,7 @@ struct BodyMirror {
   CutPlane plane = {};
 };
 
-// Moves to a pose.
+// Moves each body to this pose.
 struct BodyMove {
   static constexpr const char* kVerb = "move";
   static constexpr BodyRule kRule{.of_no_go = true, .places = true};
@@ -116,8 +116,8 @@ struct BodySet {
   BodyProperties properties = {};
 };
 
-// Adds a body with the material that `tool` encloses at `pose`. Names no body. The new body cannot
-// be locked.
+// Adds a body that fills the volume of `tool` at `pose`. The action names no body. The new body
+// cannot be locked.
 struct BodyAdd {
   static constexpr const char* kVerb = "add";
   static constexpr BodyRule kRule{0};
@@ -127,14 +127,14 @@ struct BodyAdd {
   BodyProperties properties = {};
 };
 
-// Protects the part of the first body that `tool` covers along its path. The part becomes a mask,
-// or is added to the second body.
+// Protects the part of the first body that `tool` covers along its path. This part becomes a mask.
+// If a second body is named, the part is added to that mask.
 struct BodyProtect {
   static constexpr const char* kVerb = "protect";
   static constexpr BodyRule kRule{1, BodyRule::Changes::none};
   Tool tool = BallTool{};
-  std::vector<Vec3> path_mm = {};                        // of its tip, upright, in the world
-  SplineOperation operation = SplineOperation::deposit;  // cut: ends the protection
+  std::vector<Vec3> path_mm = {};                        // of the upright tool's tip, in the world
+  SplineOperation operation = SplineOperation::deposit;  // cut: removes the part from the mask
   bool follows = true;             // a new mask moves, turns and mirrors with the first body
   BodyProperties properties = {};  // of a new mask: its name
 };

@@ -24,16 +24,16 @@ namespace {
 using Vec2 = Eigen::Vector2d;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-// A severed piece below this share of the model that was cut is sawdust.
+// A severed piece below this share of the piece that it came from is sawdust, and is lost.
 constexpr double kSawdust = 1e-5;
 // Adjacent sides of a smooth curve form a corner if their angle exceeds 20 degrees. This is its
 // cosine.
 constexpr double kCorner = 0.94;
 // Maximum distance between a smooth curve and its sides [cells].
 constexpr double kChord = 0.02;
-// The same [mm] for the check for loops.
+// The same [mm] when check_cutter looks for loops.
 constexpr double kCheckedChord = 0.05;
-// Number of corners of the arc that closes an open curve's outline, far outside of the lattice.
+// Number of parts of the arc that closes an open curve's outline, far outside of the lattice.
 constexpr int kArcCorners = 24;
 
 double cross(const Vec2& a, const Vec2& b) { return a.x() * b.y() - a.y() * b.x(); }
@@ -103,11 +103,11 @@ std::vector<Vec2> outline_of(const std::vector<Vec2>& flat, bool closed, const A
                              const Lattice& lattice) {
   std::vector<Vec2> outline = flat;
   if (!closed) {
-    const Vec3 half = lattice.whole().units.max / 2;
-    const Vec2 middle = plane.to_plane(half);
-    double reach = half.norm();
+    const Box whole = lattice.whole().units;
+    const Vec2 middle = plane.to_plane(whole.centre());
+    double reach = 0.5 * whole.size().norm();
     for (const Vec2& p : flat) reach = std::max(reach, (p - middle).norm());
-    // Extends the ends to a circle around the lattice and follows it to the curve's beginning.
+    // Extends the ends far beyond the lattice, and joins them by an arc of a circle around it.
     outline = drawn_on(flat, 4 * reach);
     const double radius = 8 * reach;
     const auto angle = [&](const Vec2& p) {
@@ -117,7 +117,8 @@ std::vector<Vec2> outline_of(const std::vector<Vec2>& flat, bool closed, const A
     const double from = angle(outline.back());
     double turn = angle(outline.front()) - from;
     while (turn <= 0) turn += 2 * std::numbers::pi;
-    // So far outside that rounding errors of the functions below have no effect.
+    // The circle is so far outside the lattice that rounding errors of the following computation
+    // have no effect.
     for (int i = 0; i <= kArcCorners; i++) {
       const double a = from + turn * i / kArcCorners;
       outline.push_back(middle + radius * Vec2(std::cos(a), std::sin(a)));
@@ -148,7 +149,7 @@ std::vector<Vec3> to_lattice(const std::vector<Vec3>& curve, const Lattice& latt
   return units;
 }
 
-// Marks the new ends of a plane's spans: all ones, else 0.
+// Marks the new ends of a plane's spans: all bits are set for a new end, and none for another.
 using EndMask = std::array<uint32_t, kTileRays>;
 
 // Calls f(plane, new `in` ends, new `out` ends) for the planes of `is`. An end is new if `was` does
@@ -156,7 +157,7 @@ using EndMask = std::array<uint32_t, kTileRays>;
 template <class F>
 void for_new_ends_by_plane(const Tile& was, const Tile& is, F&& f) {
   for (const Plane* p = &is.first; p && !is.empty; p = p->next) {
-    // All rays of a tile together, in memory order.
+    // A loop over all rays of the tile, in memory order, so that the compiler vectorises it.
     EndMask new_in, new_out;
     for (size_t slot = 0; slot < kTileRays; slot++)
       new_in[slot] = new_out[slot] = p->in[slot] < p->out[slot] ? ~0u : 0u;
@@ -200,7 +201,7 @@ void for_new_ends(const Snapshot& before, const Snapshot& after, F&& f) {
   }
 }
 
-// Sum of the surface's area along the rays, over the given ends of a plane [cells^2].
+// Area of the surface at the given ends of a plane [cells^2]: the sum of their depth_share.
 double area_at(const uint32_t (&codes)[kTileRays], const EndMask& ends) {
   uint32_t any = 0;
   for (const uint32_t end : ends) any |= end;
@@ -213,7 +214,8 @@ double area_at(const uint32_t (&codes)[kTileRays], const EndMask& ends) {
     others |= (codes[slot] ^ codes[first]) & ends[slot];
     count -= static_cast<int>(ends[slot]);
   }
-  // A flat cut has one normal, and a cut along a line has few.
+  // Successive ends often have the same normal: a flat cut has only one. So its area factor is
+  // computed only when it changes.
   uint32_t code = codes[first];
   double share = depth_share(code);
   if (!others) return count * share;
@@ -290,7 +292,7 @@ CutOff without_kerf(TriDexel& model, const Cutter& cutter, int threads) {
   options.tile_done = &count;
   TriDexel off(new_area.before(), model.material_bounds());
   const Lattice& lattice = model.lattice();
-  // A ray that lies in the cut belongs to one of the two portions.
+  // If a ray lies exactly in the cut, it belongs to one side only.
   Removed from_model, from_off;
   std::visit(
       [&](const auto& cut) {
@@ -315,7 +317,7 @@ std::unique_ptr<Solid> kerf_of(const CutPlane& cut, double kerf, const Lattice& 
   slab.add_plane(Vec3::UnitZ(), kerf / 2);
   slab.add_plane(-Vec3::UnitZ(), kerf / 2);
   slab.local_bounds = {Vec3::Constant(-kInfinity), Vec3::Constant(kInfinity)};
-  // The plane's point may be far away, where float32 is coarse. So the point nearest to the
+  // The cut's point may be far away, where float32 is coarse. So the plane's point nearest to the
   // lattice's centre is used.
   const Vec3 middle = lattice.whole().centre().units, normal = cut.normal.normalized(),
              point = lattice.to_lattice(cut.point_mm).units;

@@ -41,14 +41,15 @@ struct RayBlock {
   bool is_tile() const { return u0 == 0 && v0 == 0 && u1 == kTileSide - 1 && v1 == kTileSide - 1; }
 };
 
-// A plane whose spans all share a node, so that they are one piece.
+// A plane with at least one node index that all its spans contain. So the spans are connected, and
+// belong to one piece.
 struct WholePlane {
-  NodeRange all, any;  // nodes that every span holds; from the first to the last node of any span
+  NodeRange all, any;  // nodes that every span contains; first to last node of any span
   bool continues;  // the spans begin where those of the previous plane end, so the piece continues
 };
 
-// A tile whose rays with material form a block, and whose planes are all whole. Most tiles are like
-// this, except at the rims of a body.
+// A tile whose rays with material form a rectangular block, and whose planes are all whole. Most
+// tiles are like this, except at the rims of a body.
 struct WholeTile {
   RayBlock block;
   std::vector<WholePlane> planes;  // planes that have spans; empty: the tile is not whole
@@ -122,8 +123,8 @@ void fetch(const Plane& plane) {
   __builtin_prefetch(&plane.next);
 }
 
-// Returns no planes if one is not whole. Also if one consists of two pieces, because only some of
-// its rays continue from the plane before.
+// Returns no planes if one of them is not whole. Also if some rays have a node between a plane and
+// the plane before, and others may have none: then the two planes may be one piece or two.
 WholeTile whole_tile(const Tile& tile) {
   WholeTile whole;
   const Plane* before = nullptr;
@@ -206,21 +207,24 @@ size_t size_of(int index) { return static_cast<size_t>(index); }
 
 }  // namespace
 
-// Finds pieces. Until it ends, labels are numbers of parts, and parts that touch are united.
+// Finds pieces. While it works, a label is the number of a part. Parts that touch are united. At
+// the end, labels become numbers of pieces.
 class PieceFinder {
  public:
   // `mask` selects tiles of the z field; null selects all.
   PieceFinder(const FieldSnapshot& z, const std::vector<bool>* mask) : z_(z), mask_(mask) {
-    found_.tiles_u_ = z.tiles_u();
-    found_.tiles_.resize(size_of(z.tiles_u() * z.tiles_v()));
+    found_.tu_begin_ = z.tu_begin();
+    found_.tv_begin_ = z.tv_begin();
+    found_.tiles_u_ = z.tu_end() - z.tu_begin();
+    found_.tiles_.resize(index(z.tu_end() - 1, z.tv_end() - 1) + 1);
     whole_.resize(found_.tiles_.size());
-    for (int tv = 0; tv < z.tiles_v(); tv++)
-      for (int tu = 0; tu < z.tiles_u(); tu++) {
+    for (int tv = z.tv_begin(); tv < z.tv_end(); tv++)
+      for (int tu = z.tu_begin(); tu < z.tu_end(); tu++) {
         if (!looks_at(tu, tv)) continue;
-        if (tu + 1 < z.tiles_u() && looks_at(tu + 1, tv)) fetch(z.tile(tu + 1, tv).first);
+        if (tu + 1 < z.tu_end() && looks_at(tu + 1, tv)) fetch(z.tile(tu + 1, tv).first);
         read_tile(tu, tv);
-        if (tu > 0 && looks_at(tu - 1, tv)) join(tu - 1, tv, tu, tv);
-        if (tv > 0 && looks_at(tu, tv - 1)) join(tu, tv - 1, tu, tv);
+        if (tu > z.tu_begin() && looks_at(tu - 1, tv)) join(tu - 1, tv, tu, tv);
+        if (tv > z.tv_begin() && looks_at(tu, tv - 1)) join(tu, tv - 1, tu, tv);
       }
   }
 
@@ -243,7 +247,7 @@ class PieceFinder {
   }
 
  private:
-  size_t index(int tu, int tv) const { return size_of(tv * z_.tiles_u() + tu); }
+  size_t index(int tu, int tv) const { return found_.tile_at(tu, tv); }
   bool looks_at(int tu, int tv) const {
     return !z_.tile(tu, tv).empty && (!mask_ || (*mask_)[index(tu, tv)]);
   }
@@ -380,15 +384,15 @@ class PieceFinder {
 };
 
 int Pieces::of_span(int u, int v, int span) const {
-  const TileLabels& tile = tiles_[tile_at(u / kTileSide, v / kTileSide)];
+  const TileLabels& tile = tiles_[tile_at(tile_of_node(u), tile_of_node(v))];
   if (tile.first < 0) return -1;
-  return labels_[tile.index(span, size_of((v % kTileSide) * kTileSide + u % kTileSide))];
+  return labels_[tile.index(span, size_of(slot_of_ray(u, v)))];
 }
 
 int Pieces::at(const FieldSnapshot& z, const Index3& node) const {
-  if ((node < 0).any() || node[0] >= z.nodes_u() || node[1] >= z.nodes_v()) return -1;
-  const Tile& tile = z.tile(node[0] / kTileSide, node[1] / kTileSide);
-  const auto slot = size_of((node[1] % kTileSide) * kTileSide + node[0] % kTileSide);
+  if (!z.has_ray(node[0], node[1])) return -1;
+  const Tile& tile = z.tile(tile_of_node(node[0]), tile_of_node(node[1]));
+  const auto slot = size_of(slot_of_ray(node[0], node[1]));
   for (RayWalk walk(tile, slot); !walk.at_end(); walk.next()) {
     const NodeRange nodes = walk.nodes();
     if (node[2] < nodes.begin) return -1;
@@ -419,9 +423,9 @@ class FieldParter {
         near_(fields_.size() + 1) {}
 
   void run() {
-    for (int tv = 0; tv < was_.tiles_v(); tv++)
-      for (int tu = 0; tu < was_.tiles_u(); tu++) {
-        if (tu + 1 < was_.tiles_u()) fetch(was_.tile(tu + 1, tv).first);
+    for (int tv = was_.tv_begin(); tv < was_.tv_end(); tv++)
+      for (int tu = was_.tu_begin(); tu < was_.tu_end(); tu++) {
+        if (tu + 1 < was_.tu_end()) fetch(was_.tile(tu + 1, tv).first);
         if (!was_.tile(tu, tv).empty) part_tile(was_.tile(tu, tv), tu, tv);
       }
   }
@@ -434,8 +438,8 @@ class FieldParter {
   }
 
   void part_tile(const Tile& tile, int tu, int tv) {
-    // Depth is not tested. A span may reach half a cell beyond its nodes, and rounding may have put
-    // its end past a node.
+    // Depths are not compared: a span may reach half a cell beyond its nodes, or past a node
+    // because of rounding.
     const int u = tu * kTileSide, v = tv * kTileSide;
     std::fill(near_.begin(), near_.end(), false);
     bool all_stays = true;
@@ -515,7 +519,8 @@ class FieldParter {
           piece = pieces_.of_span(u, v, number);
         } else {
           nodes[slot] = nodes_of(p->in[slot], p->out[slot]);
-          // A span that shares a node's depth with its neighbour belongs to the same piece.
+          // If the span and its neighbour contain a node at the same depth, both belong to the same
+          // piece.
           if (slot > 0) {
             const size_t neighbour = slot % kTileSide > 0 ? slot - 1 : slot - kTileSide;
             if (nodes[slot].shares(nodes[neighbour])) piece = pieces[neighbour];
@@ -553,7 +558,8 @@ class FieldParter {
   const Pieces& pieces_;
   const std::vector<int>& to_;
   std::vector<bool> near_;  // per field: a piece that goes there may meet the tile
-  // Index into fields_, by plane and slot. keep_ is scratch memory for the spans of a ray.
+  // field_of_span_: index into fields_, by plane and slot. keep_: for each span of one ray, true if
+  // it stays. Both are scratch memory.
   static constexpr size_t kNoSpan = SIZE_MAX;
   std::vector<size_t> field_of_span_;
   std::vector<bool> keep_;
@@ -590,15 +596,17 @@ struct TilePlaces {
 
 // The changed tiles and their neighbours, so that every node next to a removed one is checked too.
 TilePlaces changed_places(const FieldSnapshot& was, const FieldSnapshot& is) {
-  const int tiles_u = is.tiles_u(), tiles_v = is.tiles_v();
+  const int tiles_u = is.tu_end() - is.tu_begin();
+  const auto index = [&](int tu, int tv) {
+    return size_of((tv - is.tv_begin()) * tiles_u + tu - is.tu_begin());
+  };
   TilePlaces places;
-  places.mask.assign(size_of(tiles_u * tiles_v), false);
+  places.mask.assign(index(is.tu_end() - 1, is.tv_end() - 1) + 1, false);
   is.for_changed_tiles(was, [&](int tu, int tv, const Tile&, const Tile&) {
     for (const auto& [du, dv] : {std::pair{0, 0}, {-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
       const int u = tu + du, v = tv + dv;
-      if (u < 0 || v < 0 || u >= tiles_u || v >= tiles_v) continue;
-      if (places.mask[size_of(v * tiles_u + u)]) continue;
-      places.mask[size_of(v * tiles_u + u)] = true;
+      if (!is.has_tile(u, v) || places.mask[index(u, v)]) continue;
+      places.mask[index(u, v)] = true;
       places.list.emplace_back(u, v);
     }
   });
@@ -607,15 +615,15 @@ TilePlaces changed_places(const FieldSnapshot& was, const FieldSnapshot& is) {
 
 size_t tiles_with_material(const FieldSnapshot& z) {
   size_t count = 0;
-  for (int tv = 0; tv < z.tiles_v(); tv++)
-    for (int tu = 0; tu < z.tiles_u(); tu++) count += !z.tile(tu, tv).empty;
+  for (int tv = z.tv_begin(); tv < z.tv_end(); tv++)
+    for (int tu = z.tu_begin(); tu < z.tu_end(); tu++) count += !z.tile(tu, tv).empty;
   return count;
 }
 
 // Per piece of `before`: the pieces of `after` that contain nodes of it.
 using Fates = std::vector<std::vector<int>>;
 
-// Only counts the nodes in these tiles.
+// Looks only at the nodes in these tiles.
 Fates find_fates(const FieldSnapshot& was, const Pieces& old_pieces, const FieldSnapshot& is,
                  const Pieces& new_pieces, const TilePlaces& places) {
   Fates fates(old_pieces.all().size());
@@ -676,12 +684,15 @@ std::map<int, std::vector<int>> grouped(const Fates& fates, size_t new_pieces) {
 }  // namespace
 
 Severed find_severed(const Snapshot& before, const Snapshot& after, int threads) {
-  const FieldSnapshot &was = before.field(Axis::z), &is = after.field(Axis::z);
+  // The edit may have made the lattice larger.
+  TriDexel larger(before, LatticeBox());
+  larger.set_lattice(joined(before.lattice, after.lattice));
+  const FieldSnapshot &was = larger.field(Axis::z).view(), &is = after.field(Axis::z);
   Severed severed;
   const TilePlaces places = changed_places(was, is);
   if (places.list.empty()) return severed;
-  // If everything that was connected in these tiles still is, no path through them was cut.
-  // Therefore, the other tiles are checked only if a connection broke, or if they are few.
+  // If everything that was connected within these tiles is still connected, nothing was cut off. So
+  // the other tiles are checked only if a connection is broken, or if there are few of them.
   const bool few_others = 4 * places.list.size() >= tiles_with_material(is);
   Pieces old_here, now;
   run_parallel(threads, 2, [&](size_t i) {
@@ -692,8 +703,8 @@ Severed find_severed(const Snapshot& before, const Snapshot& after, int threads)
   });
   Fates fates = find_fates(was, old_here, is, now, places);
   if (!falls_apart(fates)) return severed;
-  // Nothing changed in the other tiles. Therefore, the connections between pieces that were one
-  // piece before all passed through these tiles.
+  // In the other tiles nothing changed. So if two pieces were one before, they were connected
+  // through these tiles.
   if (!few_others) {
     now = find_pieces(after);
     fates = find_fates(was, old_here, is, now, places);

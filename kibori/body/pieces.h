@@ -2,12 +2,13 @@
 // The connected pieces of a model, and the pieces that an edit severed.
 //
 // Two lattice nodes belong to one piece if a path through material connects them, by steps to the
-// six neighbours. The z field decides which nodes are inside. The surface does not connect pieces
-// across a corner or an edge, unless a face between cells forces it (docs/architecture.md,
-// "Sheets"). A span that contains no node belongs to no piece.
+// six neighbours. The z field decides which nodes are inside. Pieces that touch only at a corner or
+// an edge are separate, also in the surface (docs/rooms/surface.md, "Sheets"). A span that contains
+// no node belongs to no piece.
 //
-// Costs: find_pieces grows with the z field's tiles. find_severed grows with the tiles that
-// changed. It examines all tiles only if the material around them was severed.
+// The time of find_pieces grows with the number of tiles of the z field. find_severed needs only
+// the tiles that changed. It examines all tiles only if the material in the changed ones fell
+// apart.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +20,7 @@ namespace kibori {
 
 // Lattice nodes from min to max, both included.
 struct NodeBounds {
-  Index3 min = Index3::Constant(kMaxNodesPerAxis), max = Index3::Constant(-1);
+  Index3 min = Index3::Constant(kMaxNodesPerAxis), max = Index3::Constant(-kMaxNodesPerAxis);
   void include(const NodeBounds& other) {
     min = min.min(other.min);
     max = max.max(other.max);
@@ -41,7 +42,7 @@ struct Piece {
 // The pieces of a model. Finds the piece of a node or of a span.
 class Pieces {
  public:
-  // In the order of their first z ray (v, then u), then of depth.
+  // In the order of their first z tile (v, then u), of their first ray in it, then of depth.
   const std::vector<Piece>& all() const { return pieces_; }
   // Index in all() of the piece that contains a node; -1 if the node is outside. `z` must be the
   // field in which the pieces were found.
@@ -61,8 +62,10 @@ class Pieces {
       return static_cast<size_t>(first) + (by_plane ? number : number * kTileRays + slot);
     }
   };
-  size_t tile_at(int tu, int tv) const { return static_cast<size_t>(tv * tiles_u_ + tu); }
-  int tiles_u_ = 0;
+  size_t tile_at(int tu, int tv) const {
+    return static_cast<size_t>((tv - tv_begin_) * tiles_u_ + tu - tu_begin_);
+  }
+  int tu_begin_ = 0, tv_begin_ = 0, tiles_u_ = 0;
   std::vector<TileLabels> tiles_;
   std::vector<int> labels_;
   std::vector<Piece> pieces_;
@@ -71,7 +74,7 @@ class Pieces {
 // Finds all connected pieces of a model.
 Pieces find_pieces(const Snapshot& model);
 
-// Destinations of a piece that does not become portion 0, 1, ...
+// Destinations of a piece: portion 0, 1, ..., or one of these.
 inline constexpr int kStays = -1, kGone = -2;
 // Removes from a model the pieces that do not stay. `to` is the destination of each piece. `pieces`
 // must have been found in the current model. Returns the portions, up to the highest number in
@@ -80,13 +83,13 @@ inline constexpr int kStays = -1, kGone = -2;
 std::vector<Snapshot> part_pieces(TriDexel& model, const Pieces& pieces, const std::vector<int>& to,
                                   int threads = 1);
 
-// The pieces that an edit between two states of a model severed. They are pieces of `before` whose
-// nodes are now in several pieces. `parts` names each of these except the largest, by its number in
+// The pieces that an edit has cut off. If the nodes of one piece of `before` are now in several
+// pieces, all of these but the largest have been cut off. `parts` lists them by their numbers in
 // `pieces`.
 struct Severed {
   struct Part {
     int piece = 0;
-    double share = 0;  // of the nodes of all parts that were connected before
+    double share = 0;  // its nodes / the remaining nodes of all that it was connected to before
   };
   Pieces pieces;  // of `after`; empty if nothing was severed
   std::vector<Part> parts;

@@ -21,8 +21,8 @@ class Look {
   explicit Look(const Snapshot& model) : z_(model.field(Axis::z)) {
     for (const Axis axis : kAxes) {
       const FieldSnapshot& field = model.field(axis);
-      for (int tv = 0; tv < field.tiles_v(); tv++)
-        for (int tu = 0; tu < field.tiles_u(); tu++) read(field, tu, tv);
+      for (int tv = field.tv_begin(); tv < field.tv_end(); tv++)
+        for (int tu = field.tu_begin(); tu < field.tu_end(); tu++) read(field, tu, tv);
     }
   }
 
@@ -31,8 +31,11 @@ class Look {
 
   // Material of the span nearest to a place on its z ray [lattice units].
   uint8_t material_at(const Vec3& place) const {
-    const int u = static_cast<int>(std::clamp(place.x(), 0.0, z_.nodes_u() - 1.0));
-    const int v = static_cast<int>(std::clamp(place.y(), 0.0, z_.nodes_v() - 1.0));
+    const auto node = [](double at, int begin, int end) {
+      return static_cast<int>(std::floor(std::clamp<double>(at, begin, end - 1)));
+    };
+    const int u = node(place.x(), z_.u_begin(), z_.u_end()),
+              v = node(place.y(), z_.v_begin(), z_.v_end());
     uint8_t nearest = first_;
     double distance = 1e30;
     z_.for_spans(u, v, [&](const Span& span) {
@@ -106,29 +109,29 @@ class Copy {
   Copy(const Look& look, const Lattice& lattice, const Affine& to, const Index3& offset)
       : look_(look), lattice_(lattice), back_(to.linear.inverse()), to_(to), offset_(offset) {}
 
-  // Returns true if a part was omitted.
+  // Returns true if a part is outside of `field`, and is lost.
   bool run(const FieldSnapshot& from, Field& field) {
     const Axis axis = field.axis();
     const int du = offset_[u_index(axis)], dv = offset_[v_index(axis)];
     const auto dd = static_cast<float>(offset_[depth_index(axis)]);
-    const auto depth = static_cast<float>(field.nodes_depth());
+    const auto begin = static_cast<float>(field.depth_begin()),
+               end = static_cast<float>(field.depth_end());
     bool clipped = false;
-    for (int v = 0; v < from.nodes_v(); v++)
-      for (int u = 0; u < from.nodes_u(); u++) {
+    for (int v = from.v_begin(); v < from.v_end(); v++)
+      for (int u = from.u_begin(); u < from.u_end(); u++) {
         const int to_u = u + du, to_v = v + dv;
-        const bool outside =
-            to_u < 0 || to_v < 0 || to_u >= field.nodes_u() || to_v >= field.nodes_v();
+        const bool outside = !field.has_ray(to_u, to_v);
         spans_.clear();
         from.for_spans(u, v, [&](Span span) {
           span.in += dd;
           span.out += dd;
-          clipped |= outside || span.in < 0 || span.out > depth;
-          if (span.in < 0) {
-            span.in = 0;
+          clipped |= outside || span.in < begin || span.out > end;
+          if (span.in < begin) {
+            span.in = begin;
             span.normal_in = 0;
           }
-          if (span.out > depth) {
-            span.out = depth;
+          if (span.out > end) {
+            span.out = end;
             span.normal_out = 0;
           }
           if (!outside && span.in < span.out) dress(axis, to_u, to_v, span);
@@ -156,7 +159,7 @@ class Copy {
       spans_.push_back(span);
       return;
     }
-    // The material may change in the middle between two nodes.
+    // Divides the span where the material changes along the ray: in the middle between two nodes.
     const auto first = static_cast<int>(std::floor(span.in)),
                last = static_cast<int>(std::ceil(span.out)) - 1;
     for (int k = first; k <= last; k++) {
@@ -180,8 +183,8 @@ class Copy {
 
   void write(Field& field, int u, int v) {
     if (spans_.empty()) return;
-    Tile& tile = field.writable(u / kTileSide, v / kTileSide);
-    const int slot = (v % kTileSide) * kTileSide + u % kTileSide;
+    Tile& tile = field.writable(tile_of_node(u), tile_of_node(v));
+    const int slot = slot_of_ray(u, v);
     Plane* plane = &tile.first;
     bool first = true;
     for (const Span& span : spans_) {
@@ -214,13 +217,15 @@ class Copy {
   std::vector<Span> spans_;
 };
 
-// Shares the model's memory.
+// An empty model that shares the memory of `model`.
 std::unique_ptr<TriDexel> no_material(const Snapshot& model) {
   auto made = std::make_unique<TriDexel>(model, LatticeBox{});
+  // The result must not depend on how far the lattice had grown.
+  made->set_lattice(fitted_lattice(model));
   for (const Axis axis : kAxes) {
     Field& field = made->field(axis);
-    for (int tv = 0; tv < field.tiles_v(); tv++)
-      for (int tu = 0; tu < field.tiles_u(); tu++) field.clear_tile(tu, tv);
+    for (int tv = field.tv_begin(); tv < field.tv_end(); tv++)
+      for (int tu = field.tu_begin(); tu < field.tu_end(); tu++) field.clear_tile(tu, tv);
   }
   return made;
 }
@@ -243,6 +248,7 @@ Result<Placed> place_model(const Snapshot& model, const Affine& to, int threads)
   // A separate lattice around the mesh, whose nodes coincide with the model's.
   const LatticeBox box = lattice.to_lattice(mesh.bounds());
   Lattice around = lattice;
+  around.below = around.above = Index3::Zero();
   Index3 offset;
   for (int i = 0; i < 3; i++) {
     const double low = std::floor(box.units.min[i]) - 2, high = std::ceil(box.units.max[i]) + 2;

@@ -23,8 +23,8 @@ struct Placed {
   bool clipped = false;             // a part is beyond the lattice, and is lost
 };
 
-// Materials and paint move along, to the nearest cell. Material that contains no node is lost.
-// Errors: the result is larger than a lattice can be.
+// Materials and paint move with the model, with an error of up to a cell. Material that contains no
+// node is lost. Errors: the result is larger than a lattice can be.
 Result<Placed> place_model(const Snapshot& model, const Affine& to, int threads = 1);
 
 }  // namespace kibori

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The bodies while the user works on one of them, the active one. Its model is under the tool. The
-// other bodies keep their last state.
+// The bodies while the user works on one of them, the active one. Tools change the model of the
+// active body. The others keep their last state.
 #pragma once
 
 #include <utility>
@@ -27,7 +27,7 @@ class Workbench {
   // The material that strokes on the active body must not cut at this moment; null if there is
   // none. Errors: see no_go_of.
   Result<const NoGo*> no_go();
-  // Handles what a stroke severed. `before` is the model before the stroke.
+  // Handles the pieces that a stroke cut off. `before` is the model before the stroke.
   CrumbResult end_stroke(const Snapshot& before, Crumbs rule);
   // Replaces all bodies.
   void set(BodyList bodies, BodyId active);
@@ -38,7 +38,7 @@ class Workbench {
   TriDexel& model_;
   BodyList bodies_;
   BodyId active_;
-  // For the active body. Empty after a change of the list or of a pose.
+  // Cached result of no_go(). Empty after another body became active, or an action changed bodies.
   std::optional<std::shared_ptr<const NoGo>> no_go_;
 };
 

@@ -18,12 +18,12 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr double kFreshS = 0.002;
-// Upper limit of the measured period. A device that sends much more rarely counts as stale between
-// two poses. kPeriodFade is the weight of a new value in the mean period.
+// Upper limit of the measured period between poses. A device that sends much more rarely counts as
+// stale between two poses. kPeriodFade is the weight of a new value in the mean period.
 constexpr double kLongestPeriodS = 0.005, kPeriodFade = 0.05;
-// A velocity needs two poses that are at least kBetweenS and less than kTogetherS apart. If they
-// are closer, the clock's error dominates. If they are farther apart, they say nothing about the
-// velocity.
+// A velocity is computed from two poses whose times differ by at least kBetweenS. With less time
+// between them, the clock's error dominates. If the sender's times differ by kTogetherS or more,
+// or go back, the times of arrival are used instead.
 constexpr double kBetweenS = 0.0009, kTogetherS = 1;
 
 }  // namespace
@@ -39,7 +39,7 @@ struct DdsDevice::State {
   Timed last;
   bool seen = false;
 
-  // For Fast DDS's threads, one after another.
+  // For Fast DDS's threads; `mutex` guards these members.
   std::mutex mutex;
   // The last pose from which a velocity was computed.
   std::optional<DeviceReading> last_reading;

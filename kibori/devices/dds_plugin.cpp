@@ -66,7 +66,8 @@ class StampedType : public dds::TopicDataType {
     payload->length = static_cast<uint32_t>(cdr.getSerializedDataLength());
     return true;
   }
-  // Data from other programs is hostile until it is parsed.
+  // Another program may send anything. Fast CDR checks the length of the data and throws if it is
+  // too short.
   bool deserialize(rtps::SerializedPayload_t* payload, void* data) override {
     auto& message = *static_cast<Stamped<N>*>(data);
     eprosima::fastcdr::FastBuffer buffer(reinterpret_cast<char*>(payload->data), payload->length);
@@ -156,7 +157,7 @@ void* open_link(uint32_t domain, const char* const* poses, int pose_count,
     dds::Publisher* const publisher =
         link->participant->create_publisher(dds::PUBLISHER_QOS_DEFAULT);
     if (!publisher) return no("Fast DDS could not create a publisher");
-    // The default of ROS 2's readers. A late reader gets one second of messages.
+    // Reliable, as ROS 2's readers request by default. A late reader gets one second of messages.
     dds::DataWriterQos writes;
     writes.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
     writes.history().kind = dds::KEEP_LAST_HISTORY_QOS;
@@ -179,7 +180,7 @@ void* open_link(uint32_t domain, const char* const* poses, int pose_count,
           link->participant->create_subscriber(dds::SUBSCRIBER_QOS_DEFAULT);
       dds::Topic* const topic = link->participant->create_topic(
           ros_topic(reads), pose_type.get_type_name(), dds::TOPIC_QOS_DEFAULT);
-      // The newest pose only, from reliable and best-effort writers.
+      // Keeps only the newest pose. A best-effort reader accepts reliable and best-effort writers.
       dds::DataReaderQos newest;
       newest.reliability().kind = dds::BEST_EFFORT_RELIABILITY_QOS;
       newest.history().kind = dds::KEEP_LAST_HISTORY_QOS;

@@ -28,7 +28,7 @@ struct kibori_dds {
   int (*write_wrench)(void* link, int topic, int64_t ns, const char* frame, const double wrench[6]);
 };
 
-/* Name of the entry in the shared library. A new layout gets a new name. */
+/* Name of the symbol that the library exports. A new layout of kibori_dds gets a new name. */
 #define KIBORI_DDS_ENTRY "kibori_dds_1"
 
 #ifdef __cplusplus

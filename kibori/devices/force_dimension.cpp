@@ -8,13 +8,13 @@
 namespace kibori {
 namespace {
 
-// DHD returns -1 for an error, and dhdErrorGetLast its kind. Otherwise it returns 0, 1 (too soon
-// after the last call: the value is the last one) or 2 (a motor is at its limit). Units: metres, N,
-// N m, radians. x points to the user, y right, z up.
+// Functions of DHD return -1 for an error; dhdErrorGetLast returns its kind. Otherwise they return
+// 0, 1 (too soon after the last call: same values as then) or 2 (a motor is at its limit). Units:
+// metres, N, N m, radians. x points to the user, y right, z up.
 constexpr int kTooSoon = 1;
 constexpr int kErrorCommunication = 2, kErrorNoDevice = 5, kErrorNotAvailable = 6,
               kErrorNotReady = 12;
-// If Kibori is silent for 20 ms, the device stops its force. In steps of 125 us.
+// If Kibori sends nothing for 20 ms, the device stops its force. The unit is 125 us.
 constexpr unsigned char kWatchdogSteps = 160;
 
 // Converts to Kibori's axes: x right, y away from the user, z up.
@@ -141,7 +141,7 @@ DeviceStatus ForceDimensionDevice::read(DeviceReading& reading) {
   if (capabilities_.dof_in == 6) {
     double r[3][3];
     if (const DeviceStatus s = judge(dhd_->get_orientation_frame(r, ID)); failed_) return s;
-    // Convert both sides of the rotation to Kibori's axes.
+    // Rows and columns of the rotation use DHD's axes. Convert both to Kibori's axes.
     Mat3 theirs, turn;
     for (int i = 0; i < 3; i++)
       for (int j = 0; j < 3; j++) theirs(i, j) = r[i][j];

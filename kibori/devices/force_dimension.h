@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Force Dimension's devices (omega, delta, sigma, lambda) and the Novint Falcon, through the
-// vendor's DHD library. The library is searched in $FORCEDIM_SDK and on the system's search path.
+// vendor's DHD library. open() loads it from $FORCEDIM_SDK or from the system's search path.
 #pragma once
 
 #include <chrono>

@@ -16,7 +16,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// SDL 2, by its documented interface.
+// The constants and functions of SDL 2 that this file uses.
 constexpr uint32_t kGameControllers = 0x2000;
 constexpr int kIgnore = 0, kLeftX = 0, kLeftY = 1, kRightY = 3, kLeftTrigger = 4, kButtons = 4;
 struct Sdl {
@@ -54,20 +54,20 @@ struct Sdl {
 };
 
 constexpr auto kPoll = std::chrono::milliseconds(4);
-constexpr double kPatience_s = 0.1;  // without a poll
+constexpr double kPatience_s = 0.1;  // a controller that was not polled for this time is stale
 // A rumble stops after this time if nothing renews it.
 constexpr uint32_t kRumble_ms = 100;
 // A force that is not renewed within this time is dropped.
 constexpr auto kRumbleWatchdog = std::chrono::milliseconds(20);
 constexpr double kSpeed_mm_s = 80, kFineShare = 0.2;
-constexpr double kDeadShare = 0.15;  // share of a stick's travel: worn sticks rest within it
+constexpr double kDeadShare = 0.15;  // dead zone, as a share of a stick's travel, for worn sticks
 // Maximum distance of the target from the hand. The maximum force is this distance times the
 // stiffness of the hand's spring.
 constexpr double kLead_mm = 10;
 constexpr double kReach_mm = 60;          // the workspace, in each direction from its centre
-constexpr double kRoughness_s = 0.05;     // changes faster than this are rough
-constexpr double kRoughShare = 1.0 / 3;   // of the maximum force: the fast motor's full strength
-constexpr double kLongestStep_s = 0.005;  // of the simulated hand
+constexpr double kRoughness_s = 0.05;     // roughness: the force minus its mean over this time
+constexpr double kRoughShare = 1.0 / 3;   // at this share of force_n, it drives its motor fully
+constexpr double kLongestStep_s = 0.005;  // longest time step of the simulated hand
 
 // Response of a stick's axis: zero in the middle, fine near it, full at the rim.
 double stick(double share) {
@@ -182,7 +182,8 @@ Result<std::unique_ptr<GamepadDevice>> GamepadDevice::open() {
   link->library = std::move(library).value();
   Sdl& sdl = link->sdl;
   if (!sdl.find_in(link->library)) return Error{"this SDL2 is too old: 2.0.9 or newer is needed"};
-  // There is no window that could have the focus. Ctrl-C is not for SDL.
+  // Kibori has no window, so SDL must also read the controller without the focus. SDL must not
+  // handle Ctrl-C.
   sdl.set_hint("SDL_JOYSTICK_ALLOW_BACKGROUND_EVENTS", "1");
   sdl.set_hint("SDL_NO_SIGNAL_HANDLERS", "1");
   if (sdl.init(kGameControllers) != 0) return Error{std::string("SDL2: ") + sdl.error()};
@@ -232,7 +233,7 @@ DeviceStatus GamepadDevice::read(DeviceReading& reading) {
   if (dt > 0) link.hand.step(link.force, link.target, (link.target - before) / dt, dt);
   reading.position_mm = link.hand.position_mm();
   reading.velocity_mm_s = link.hand.velocity_mm_s();
-  reading.age_s = 0;  // the hand moves between polls
+  reading.age_s = 0;  // the simulated hand moves between polls, too
   return DeviceStatus::ok;
 }
 

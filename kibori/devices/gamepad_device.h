@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A game controller, through SDL2 (loaded at run time). It has no force feedback, so it moves a
-// simulated hand. The force holds this hand back as it would a real one. The controller also
-// rumbles: the slow motor with the force, the fast motor with its roughness.
+// simulated hand. The force acts on this hand as on a real one. The controller also rumbles: the
+// slow motor with the force, the fast motor with its roughness (its fast changes).
 //
 //   left stick    x and y: speed, up to 80 mm/s        A, B, X, Y    buttons 0 ... 3
 //   right stick   z                                    left trigger  slower, for fine work

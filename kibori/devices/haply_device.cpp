@@ -7,25 +7,19 @@
 #include <cstdio>
 #include <thread>
 
-#include <boost/asio/ip/tcp.hpp>
-#include <boost/beast/core.hpp>
-#include <boost/beast/websocket.hpp>
-
 #include <kibori/base/handover.h>
 #include <kibori/base/json.h>
+#include <kibori/net/web.h>
 
 namespace kibori {
 namespace {
 
-namespace asio = boost::asio;
-namespace beast = boost::beast;
-namespace websocket = beast::websocket;
 using Clock = std::chrono::steady_clock;
 
 constexpr auto kPatience = std::chrono::seconds(2);
 // A force that is not renewed within this time is dropped.
 constexpr auto kWatchdog = std::chrono::milliseconds(20);
-constexpr size_t kLongest = 1 << 20;  // of a frame [bytes]
+constexpr size_t kLongest = 1 << 20;  // maximum size of a frame [bytes]
 
 // Reads a vector member of the frame. Returns false if there is none.
 bool vector_at(const Json& frame, const char* name, Vec3& v) {
@@ -91,9 +85,7 @@ bool read_frame(const Json& frame, DeviceReading& reading) {
 }  // namespace
 
 struct HaplyDevice::Link {
-  asio::io_context context;
-  websocket::stream<beast::tcp_stream> socket{context};
-  beast::flat_buffer buffer;
+  net::WebSocketClient socket{kPatience, kLongest};
   std::string where, id, grip;
   bool newer = true;  // the service supports `vector`; older ones use `values`
   DeviceCapabilities capabilities;
@@ -114,36 +106,20 @@ struct HaplyDevice::Link {
   Timed last;
   bool seen = false;
 
-  // Receives one frame. Returns an empty value if the connection is lost or the frame is no object.
+  // Receives one frame. Returns null and sets `error` if the connection is lost or the frame is not
+  // an object.
   Json receive(std::string& error) {
-    buffer.clear();
-    beast::error_code code;
-    beast::get_lowest_layer(socket).expires_after(kPatience);
-    bool done = false;
-    socket.async_read(buffer, [&](beast::error_code c, size_t) {
-      code = c;
-      done = true;
-    });
-    context.restart();
-    context.run();
-    if (!done || code) {
-      error = code == beast::error::timeout ? "no answer within 2 s" : "the connection was closed";
+    const Result<std::string> text = socket.receive();
+    if (!text) {
+      error = text.error();
       return Json();
     }
-    Json frame = parse_json(beast::buffers_to_string(buffer.data()));
+    Json frame = parse_json(text.value());
     if (!frame.is_object()) {
       error = "its message is not a state of devices";
       return Json();
     }
     return frame;
-  }
-  bool send(const std::string& text) {
-    beast::error_code code;
-    beast::get_lowest_layer(socket).expires_after(kPatience);
-    socket.async_write(asio::buffer(text), [&](beast::error_code c, size_t) { code = c; });
-    context.restart();
-    context.run();
-    return !code;
   }
   std::string command(const Vec3& force) const {
     char text[400];
@@ -161,7 +137,7 @@ struct HaplyDevice::Link {
     while (!stopping.load(std::memory_order_relaxed)) {
       forces.take(force);
       const bool renewed = Clock::now() - force.at < kWatchdog;
-      if (!send(command(renewed ? force.wrench.force : Vec3(Vec3::Zero())))) {
+      if (!socket.send_text(command(renewed ? force.wrench.force : Vec3(Vec3::Zero())))) {
         why = "the connection to the Haply service was lost";
         break;
       }
@@ -177,7 +153,7 @@ struct HaplyDevice::Link {
       now.at = Clock::now();
       readings.put(now);
     }
-    send(command(Vec3::Zero()));
+    socket.send_text(command(Vec3::Zero()));
     lost = true;
   }
 };
@@ -189,22 +165,11 @@ Result<std::unique_ptr<HaplyDevice>> HaplyDevice::open(const std::string& host,
   auto link = std::make_unique<Link>();
   link->where = "Haply service at " + host + ":" + port;
   const auto wrong = [&](const std::string& what) { return Error{link->where + ": " + what}; };
-  beast::error_code code;
-  asio::ip::tcp::resolver resolver(link->context);
-  const auto addresses = resolver.resolve(host, port, code);
-  if (code) return wrong(code.message());
-  auto& stream = beast::get_lowest_layer(link->socket);
-  stream.expires_after(kPatience);
-  stream.async_connect(addresses, [&](beast::error_code c, const auto&) { code = c; });
-  link->context.run();
-  if (code) return wrong("nobody answers (" + code.message() + "); is the Haply service running?");
-  stream.socket().set_option(asio::ip::tcp::no_delay(true));
-  link->socket.read_message_max(kLongest);
-  stream.expires_after(kPatience);
-  link->socket.async_handshake(host + ":" + port, "/", [&](beast::error_code c) { code = c; });
-  link->context.restart();
-  link->context.run();
-  if (code) return wrong("does not speak WebSocket (" + code.message() + ")");
+  if (const Status found = link->socket.resolve(host, port); !found) return wrong(found.error());
+  if (const Status connected = link->socket.connect(); !connected)
+    return wrong("nobody answers (" + connected.error() + "); is the Haply service running?");
+  if (const Status spoken = link->socket.handshake(); !spoken)
+    return wrong("does not speak WebSocket (" + spoken.error() + ")");
   std::string error;
   const Json inventory = link->receive(error);
   if (inventory.is_null()) return wrong(error);
@@ -214,7 +179,7 @@ Result<std::unique_ptr<HaplyDevice>> HaplyDevice::open(const std::string& host,
   if (id == arm->end() || !id->is_string()) return wrong("the Inverse3 has no device_id");
   link->id = id->dump();  // as JSON
   if (link->id.size() > 100) return wrong("the device_id of the Inverse3 is too long");
-  // Only newer services describe the device's configuration.
+  // Only services that support `vector` describe the device's configuration.
   link->newer = arm->contains("config");
   DeviceCapabilities& c = link->capabilities;
   c.name = "Haply Inverse3 " + id->get<std::string>();

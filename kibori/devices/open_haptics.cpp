@@ -88,7 +88,8 @@ struct OpenHapticsDevice::Link {
     now.reading.position_mm = from_hd(position);
     now.reading.velocity_mm_s = from_hd(velocity);
     now.reading.buttons = static_cast<uint32_t>(buttons);
-    // The array holds the rotation column by column. Convert both sides to Kibori's axes.
+    // The array holds the rotation column by column, in the device's axes. Convert rows and columns
+    // to Kibori's axes.
     Mat3 theirs, turn;
     for (int i = 0; i < 3; i++)
       for (int j = 0; j < 3; j++) theirs(i, j) = transform[4 * j + i];

@@ -7,19 +7,19 @@
 namespace kibori {
 namespace {
 
-// Speed of the hand from a clear position of the tool to a stroke's first point. If it is higher,
-// the force of the plunge is a mean over more than a quarter of a mm.
+// Speed of the hand from a clear position of the tool to a stroke's first point. It is 0.25 mm per
+// tick at 1000 Hz. With a higher speed, the force of the plunge is a mean over a longer distance.
 constexpr double kPlungeMmS = 250;
-// The surface's normal jumps at an edge, but a hand does not. A faster turn takes more readings. At
-// 1000 readings per second on the studio's finest lattice, a tool of 25 mm then needs some 20
-// pieces.
+// Maximum angular speed of the hand. The surface's normal, and so a pointer's pose, jumps at an
+// edge, but a hand does not. A faster turn is divided into more readings. At 1000 readings per
+// second on the studio's finest lattice, a tool of 25 mm then needs about 20 substeps per tick.
 constexpr double kFastestTurn = 8;  // rad/s
-// A longer time between events is a rest. Only its last moment counts as the motion to the next
-// point. kRestS is longer than the event period of the slowest screens (30 Hz), so that no motion
-// counts as a rest.
+// If more than kRestS passes between two events, the pointer has rested. The motion to the next
+// point then takes only kAfterRestS. kRestS is longer than the event period of the slowest screens
+// (30 Hz), so that no motion counts as a rest.
 constexpr double kRestS = 0.1, kAfterRestS = 0.016;
-// If more of the path than this is known, the hand follows faster, so that the picture does not
-// trail the pointer.
+// If the hand is farther than this behind the newest event, a tick takes more readings. So the
+// picture does not trail the pointer.
 constexpr double kBehindS = 0.03;
 
 }  // namespace
@@ -42,14 +42,15 @@ PointerDevice::PointerDevice(double rate_hz) : tick_s_(1 / rate_hz) {
 
 void PointerDevice::hover(const Pose& pose) { hovers_.put(pose); }
 
-uint32_t PointerDevice::begin(const Pose& pose, double time_s) {
-  newest_ = {newest_.stroke + 1, time_s, pose, false};
+uint32_t PointerDevice::begin(const Pose& pose, double time_s, double pressure) {
+  newest_ = {newest_.stroke + 1, time_s, pose, false, pressure};
   queue(newest_);
   return newest_.stroke;
 }
 
-void PointerDevice::move(const Pose& pose, double time_s) {
+void PointerDevice::move(const Pose& pose, double time_s, double pressure) {
   newest_.pose = pose;
+  newest_.pressure = pressure;
   newest_.time_s = std::max(newest_.time_s, time_s);
   queue(newest_);
 }
@@ -88,10 +89,12 @@ void PointerDevice::give_up(uint32_t stroke) {
     finished_.store(stroke, std::memory_order_release);
 }
 
-void PointerDevice::lead_to(const Pose& pose, double seconds) {
+void PointerDevice::lead_to(const Event& event, double seconds) {
   from_ = now_;
-  to_ = pose;
-  turn_rad_ = rotation_between(now_.frame, pose.frame);
+  to_ = event.pose;
+  from_pressure_ = pressure_;
+  to_pressure_ = event.pressure;
+  turn_rad_ = rotation_between(now_.frame, to_.frame);
   const double turning_s = std::sqrt(turn_rad_.squaredNorm()) / kFastestTurn;
   readings_ = std::max<int64_t>(1, std::llround(std::max(seconds, turning_s) / tick_s_));
   read_ = 0;
@@ -101,7 +104,7 @@ void PointerDevice::lead_to(const Pose& pose, double seconds) {
 bool PointerDevice::next() {
   while (!ended_) {
     if (!has_event_ && !events_.pop(event_)) return false;
-    has_event_ = event_.stroke > stroke_;  // belongs to a stroke that is not followed yet: it waits
+    has_event_ = event_.stroke > stroke_;  // the event is kept until its stroke is followed
     if (has_event_) return false;
     if (event_.stroke < stroke_) continue;
     if (event_.last) {
@@ -112,13 +115,14 @@ bool PointerDevice::next() {
     if (!began_) {
       began_ = true;
       from_s_ = to_s_ = event_.time_s;
-      lead_to(event_.pose, std::sqrt((event_.pose.tip - now_.tip).squaredNorm()) / kPlungeMmS);
+      pressure_ = event_.pressure;
+      lead_to(event_, std::sqrt((event_.pose.tip - now_.tip).squaredNorm()) / kPlungeMmS);
       return true;
     }
     from_s_ = to_s_;
     to_s_ = event_.time_s;
     const double seconds = to_s_ - from_s_;
-    lead_to(event_.pose, seconds > kRestS ? kAfterRestS : seconds);
+    lead_to(event_, seconds > kRestS ? kAfterRestS : seconds);
     return true;
   }
   return false;
@@ -142,9 +146,12 @@ DeviceStatus PointerDevice::read(DeviceReading& reading) {
     now_ = read_ == readings_ ? to_
                               : Pose{from_.tip + share * (to_.tip - from_.tip),
                                      rotation(Vec3(share * turn_rad_)) * from_.frame};
+    pressure_ = read_ == readings_ ? to_pressure_
+                                   : from_pressure_ + share * (to_pressure_ - from_pressure_);
   }
   reading.position_mm = now_.tip;
   reading.frame = now_.frame;
+  reading.pressure = pressure_;
   return DeviceStatus::ok;
 }
 

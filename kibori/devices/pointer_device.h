@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// A mouse, a pen or a finger on a touch screen as a device. Another thread gives the pose that the
-// hand wants. The device has no force feedback.
+// A mouse, a pen or a finger on a touch screen as a device. Another thread sends the poses that the
+// user points at. The device has no force feedback.
 //
-//   hover      the hand is there at once
+//   hover      the hand jumps to the pose
 //   a stroke   the hand follows a path from point to point, at the times of its events:
 //
 //     event    ●─────────●──●────────────●            the sender's times [s], not arrival times
@@ -30,11 +30,12 @@ class PointerDevice final : public Device {
 
   // Sets the pose of the hand while no stroke is followed.
   void hover(const Pose& pose);
-  // The path of a stroke: its first point, further points, and its end. Times [s] may start
-  // anywhere. A time before the last one counts as equal to it. `begin` returns the stroke's
-  // number. The servo thread reads nothing of it before follow().
-  uint32_t begin(const Pose& pose, double time_s);
-  void move(const Pose& pose, double time_s);
+  // The path of a stroke: its first point, further points, and its end. The zero of the times [s]
+  // is arbitrary. A time before the last one counts as equal to it. `begin` returns the stroke's
+  // number. The servo thread does not read the path before follow().
+  // pressure: of a pen, 0 to 1. It is interpolated like the poses.
+  uint32_t begin(const Pose& pose, double time_s, double pressure = 1);
+  void move(const Pose& pose, double time_s, double pressure = 1);
   void end();
   // The newest stroke that was read completely or given up.
   uint32_t finished() const { return finished_.load(std::memory_order_acquire); }
@@ -49,7 +50,7 @@ class PointerDevice final : public Device {
   void give_up(uint32_t stroke);
 
   const DeviceCapabilities& capabilities() const override { return capabilities_; }
-  // Returns nothing before the first hover() or stroke.
+  // Returns `stale` before the first hover() or stroke.
   DeviceStatus read(DeviceReading& reading) override;
   bool behind() const override;
   bool can_wait() const override { return true; }
@@ -62,11 +63,12 @@ class PointerDevice final : public Device {
     double time_s = 0;
     Pose pose;
     bool last = false;
+    double pressure = 1;
   };
   static constexpr size_t kRoom = 1024;
 
   void queue(const Event& event);
-  void lead_to(const Pose& pose, double seconds);
+  void lead_to(const Event& event, double seconds);
   bool next();
 
   DeviceCapabilities capabilities_;
@@ -77,7 +79,7 @@ class PointerDevice final : public Device {
   std::atomic<uint32_t> finished_{0};
   // For the thread that aims.
   Event newest_;
-  std::deque<Event> waiting_;  // for room in events_
+  std::deque<Event> waiting_;  // events for which events_ has no room yet
   // For the servo thread.
   bool there_ = false;   // a pose is known
   uint32_t stroke_ = 0;  // the followed stroke, until it is given up; 0: none
@@ -85,7 +87,8 @@ class PointerDevice final : public Device {
   bool has_event_ = false;  // event_ is not used yet
   Event event_;
   Pose now_, from_, to_;
-  Vec3 turn_rad_ = Vec3::Zero();     // rotation from from_ to to_
+  double pressure_ = 1, from_pressure_ = 1, to_pressure_ = 1;  // at them
+  Vec3 turn_rad_ = Vec3::Zero();                               // rotation from from_ to to_
   int64_t readings_ = 0, read_ = 0;  // readings between from_ and to_: total, and done
   double from_s_ = 0, to_s_ = 0;
 };

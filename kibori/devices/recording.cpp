@@ -71,7 +71,7 @@ RecordingDevice::RecordingDevice(std::unique_ptr<Device> device, double tick_s, 
 
 DeviceStatus RecordingDevice::read(DeviceReading& reading) {
   const DeviceStatus status = device_->read(reading);
-  // Stores one reading per tick, so that playback has the same pace.
+  // Also stores stale readings: with one reading per tick, a replay has the same timing.
   if (status == DeviceStatus::ok || status == DeviceStatus::stale) {
     if (readings_.size() < readings_.capacity())
       readings_.push_back({time_s_, reading.position_mm, reading.frame, reading.buttons});

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Records a device's readings, and plays them back as a device. Therefore, a session can be
-// repeated without the hand.
+// Records a device's readings, and replays them as a device. Therefore, a session can be repeated
+// without a hand.
 //
 // Files are CSV, one reading per line: t [s], x y z [mm], the frame's nine numbers row by row,
 // buttons.
@@ -25,8 +25,8 @@ struct RecordedReading {
 // Errors: an unreadable file or line, with file and line.
 Result<std::vector<RecordedReading>> read_recording(const std::filesystem::path& path);
 
-// Forwards everything to the wrapped device, and keeps its readings in memory that it reserved at
-// the start.
+// Forwards all calls to the wrapped device, and stores its readings in memory that the constructor
+// reserves.
 class RecordingDevice final : public Device {
  public:
   // Keeps the first `room` readings.
@@ -49,7 +49,7 @@ class RecordingDevice final : public Device {
   uint64_t left_out_ = 0;
 };
 
-// Plays readings, one per read. After the last one, it repeats that. Forces are ignored.
+// Replays readings, one per read(). Repeats the last one when it has finished. Ignores forces.
 class ReplayDevice final : public Device {
  public:
   // `readings` must not be empty.

@@ -56,7 +56,7 @@ Opened open_replay(const std::string& path) {
       std::make_unique<ReplayDevice>(std::move(readings).value(), capabilities));
 }
 
-// A kind of device. `argument` is what may follow its name, in the form that help shows. It is
+// A kind of device. `argument` is the text that may follow its name, as the help shows it. It is
 // optional if it begins with '['. `open` gets the text after the colon.
 struct DeviceKind {
   std::string_view name, argument;
@@ -66,7 +66,7 @@ struct DeviceKind {
   std::string usage() const { return std::string(name).append(argument); }
 };
 
-// All kinds except the virtual one, which needs a script. This is the only list.
+// All kinds except the virtual one, which needs a script. Add new kinds only here.
 const DeviceKind kKinds[] = {
     {"forcedim", "", [](const std::string&) { return as_device(ForceDimensionDevice::open()); }},
     {"haply", "[:HOST:PORT]", open_haply},

@@ -21,7 +21,7 @@ struct DeviceFound {
   bool present = false;
   std::string text;  // what it is, or why it is missing
 };
-// Opens and closes each kind that can be searched.
+// Tries to open a device of each kind that needs no address, and closes it again.
 std::vector<DeviceFound> find_devices();
 
 }  // namespace kibori

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A vendor's library that is loaded at run time. Therefore, nothing proprietary is linked or
-// shipped.
+// A vendor's library that is loaded at run time. Therefore, Kibori links and ships no proprietary
+// code.
 #pragma once
 
 #include <string>
@@ -25,7 +25,7 @@ class SharedLibrary {
     return *this;
   }
 
-  // Opens the first of these names that exists. Error: none exists; the message lists the names.
+  // Opens the first of these names that can be loaded. Error: none can; the message lists them.
   static Result<SharedLibrary> open(const std::vector<std::string>& names) {
     SharedLibrary library;
     std::string tried;

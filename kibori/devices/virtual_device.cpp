@@ -23,7 +23,7 @@ DeviceStatus VirtualDevice::read(DeviceReading& reading) {
     const Vec3 velocity = (next.position_mm - target_.position_mm) / T;
     hand_.step(forces_[static_cast<size_t>(settings_.delay_ticks)], next.position_mm, velocity, T);
     std::shift_right(forces_.begin(), forces_.end(), 1);
-    forces_[0] = forces_[1];  // held until the next write
+    forces_[0] = forces_[1];  // the last force acts until the next write
     target_ = next;
   } else {
     target_ = script_(0);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A simulated device. A simulated hand holds it and follows a target, which a script or a pointer
-// moves. It receives everything that a real device receives.
+// A simulated device. A simulated hand holds it and follows a target, which a script moves. The
+// forces that the device gets act on the hand.
 #pragma once
 
 #include <array>
@@ -19,7 +19,7 @@ struct VirtualDeviceSettings {
   HandSettings hand;
   double tick_s = 0.001;
   double count_mm = 0.01;  // resolution of its encoders; 0: unlimited
-  int delay_ticks = 0;     // until a force acts, 0 ... 8
+  int delay_ticks = 0;     // ticks until a written force acts, 0 ... 8
 };
 
 // Settings of a hand with a wrist at `rate_hz`, whose device outputs force and moment.
@@ -45,12 +45,12 @@ class VirtualDevice final : public Device {
   VirtualDevice(const VirtualDeviceSettings& settings, Script script);
 
   const DeviceCapabilities& capabilities() const override { return settings_.capabilities; }
-  // Each read is one tick after the last one, for any time that passed.
+  // Each read is one tick after the last one, regardless of the real time.
   DeviceStatus read(DeviceReading& reading) override;
   DeviceStatus write(const Wrench& wrench) override;
   std::string complaint() const override;
 
-  // From the next read on, acts as if this status had occurred. For tests of the reaction to it.
+  // From the next read on, the device acts as if this status had occurred. For tests.
   void pretend(DeviceStatus status) { status_ = status; }
   const SimulatedHand& hand() const { return hand_; }
 

@@ -18,15 +18,15 @@
 namespace kibori {
 namespace {
 
-// Both sides begin with this: the version, and that nothing is logged. Only the part before the
+// Both sides begin with this cookie: the version, and "0" for no logging. Only the part before the
 // minor version must match.
 constexpr char kCookie[24] = "vrpn: ver. 07.36  0";
 constexpr size_t kCookieSame = 13;  // "vrpn: ver. 07"
 constexpr size_t kHeader = 24;
 constexpr int32_t kSenderName = -1, kTypeName = -2;
 constexpr int kPatienceMs = 2000;
-constexpr double kRadiusMm = 5;  // of the field: beyond it the server stops the force
-// The client's numbers for what it sends.
+constexpr double kRadiusMm = 5;  // radius of the force field: beyond it the server stops the force
+// The client's numbers for its sender name and for its type of message.
 constexpr int32_t kOurSender = 0, kOurForce = 0;
 
 double now_s() {
@@ -142,7 +142,8 @@ VrpnDevice::~VrpnDevice() {
   close(socket_);
 }
 
-// Sends a small message into an empty buffer. If it cannot be sent at once, nobody is reading.
+// Sends a small message. The socket's buffer is usually empty. If it has no room for the message,
+// the server no longer reads, and this function returns false.
 bool VrpnDevice::send_all(const void* data, size_t size) {
   return send(socket_, data, size, MSG_NOSIGNAL | MSG_DONTWAIT) == static_cast<ssize_t>(size);
 }
@@ -191,7 +192,7 @@ void VrpnDevice::take(const unsigned char* message, size_t size) {
     const Vec3 position = 1000 * Vec3(v[0], v[1], v[2]);
     if (!(position.cwiseAbs().maxCoeff() < 1e5)) return;  // a hundred metres
     const double now = now_s(), since = now - velocity_time_s_;
-    // If readings are closer together than this, the network's delay dominates the velocity.
+    // If poses are less than 1 ms apart, the jitter of the network dominates the velocity.
     if (!seen_) {
       last_.velocity_mm_s = Vec3::Zero();
       velocity_from_mm_ = position;
@@ -247,7 +248,8 @@ DeviceStatus VrpnDevice::write(const Wrench& wrench) {
   if (lost_) return DeviceStatus::unplugged;
   unsigned char message[kHeader + 64];
   put_header(message, 64, kOurSender, kOurForce);
-  // The force field around the last position: metres, N, N/m. Its spring acts along the force only.
+  // The force field around the last position, in metres, N and N/m. It has a stiffness only along
+  // the force.
   float values[16] = {};
   // The stiffness is limited so that the server's force at most doubles within the radius.
   const double force = std::sqrt(wrench.force.squaredNorm());

@@ -38,7 +38,7 @@ class VrpnDevice final : public Device {
   std::string complaint() const override;
 
  private:
-  static constexpr size_t kLongest = 4096;  // of a message
+  static constexpr size_t kLongest = 4096;  // maximum size of a message [bytes]
   static constexpr int kMaxIds = 256;
 
   explicit VrpnDevice(int socket) : socket_(socket) { names_.fill(Known::other); }
@@ -52,8 +52,8 @@ class VrpnDevice final : public Device {
   int socket_;
   DeviceCapabilities capabilities_;
   std::string device_;
-  std::array<Known, kMaxIds> names_;  // by the server's number of a message type
-  std::array<bool, kMaxIds> ours_{};  // by the server's number of a sender
+  std::array<Known, kMaxIds> names_;  // kind of message, by the server's number of its type
+  std::array<bool, kMaxIds> ours_{};  // by the server's number of a sender: true if it is device_
   std::array<unsigned char, 4 * kLongest> buffer_;
   size_t filled_ = 0;
   DeviceReading last_;

@@ -25,25 +25,25 @@ using detail::Side;
 
 namespace {
 
-FieldShape shape_of(Axis axis, const Index3& nodes) {
-  FieldShape shape;
-  shape.axis = axis;
-  shape.nodes_u = nodes[u_index(axis)];
-  shape.nodes_v = nodes[v_index(axis)];
-  shape.nodes_depth = nodes[depth_index(axis)];
-  shape.tiles_u = (shape.nodes_u + kTileSide - 1) / kTileSide;
-  shape.tiles_v = (shape.nodes_v + kTileSide - 1) / kTileSide;
-  const auto pages_for = [](int tiles) {
-    return (tiles + static_cast<int>(kPageSide) - 1) / static_cast<int>(kPageSide);
-  };
-  shape.pages_u = pages_for(shape.tiles_u);
-  shape.pages_v = pages_for(shape.tiles_v);
-  return shape;
+FieldShape shape_of(Axis axis, const Lattice& lattice) {
+  const Index3 low = lattice.low(), high = lattice.high(), &base = lattice.nodes;
+  const int u = u_index(axis), v = v_index(axis), d = depth_index(axis);
+  FieldShape s;
+  s.axis = axis;
+  s.u_begin = low[u], s.u_end = high[u];
+  s.v_begin = low[v], s.v_end = high[v];
+  s.depth_begin = low[d], s.depth_end = high[d];
+  s.base_u = base[u], s.base_v = base[v], s.base_depth = base[d];
+  s.tu_begin = tile_of_node(s.u_begin), s.tu_end = tile_of_node(s.u_end - 1) + 1;
+  s.tv_begin = tile_of_node(s.v_begin), s.tv_end = tile_of_node(s.v_end - 1) + 1;
+  s.pu_begin = FieldShape::page_index(s.tu_begin);
+  s.pu_end = FieldShape::page_index(s.tu_end - 1) + 1;
+  s.pv_begin = FieldShape::page_index(s.tv_begin);
+  s.pv_end = FieldShape::page_index(s.tv_end - 1) + 1;
+  return s;
 }
 
-size_t root_bytes(const FieldShape& shape) {
-  return sizeof(Root) + sizeof(Page*) * static_cast<size_t>(shape.pages() - 1);
-}
+size_t root_bytes(size_t pages) { return sizeof(Root) + sizeof(Page*) * (pages - 1); }
 
 template <class T>
 void hold(T* object) {
@@ -82,15 +82,14 @@ void release(Pools& pools, Tile* tile, Side side) {
 
 void release(Pools& pools, Page* page, Side side) {
   if (!drop(page)) return;
-  for (Tile* tile : page->tiles)
-    if (tile) release(pools, tile, side);
+  for (Tile* tile : page->tiles) release(pools, tile, side);
   give(pools.pages, page, side);
 }
 
 void release(Pools& pools, const FieldShape& shape, Root* root, Side side) {
   if (!drop(root)) return;
   for (int i = 0; i < shape.pages(); i++) release(pools, root->pages[i], side);
-  give(pools.roots, root, side);
+  give(pools.roots_of(shape), root, side);
 }
 
 Plane* copy_chain(Pools& pools, const Plane* from, Side side);
@@ -133,9 +132,18 @@ uint64_t hash_tile(const Tile& tile) {
   return hash.value();
 }
 
+// Number of roots of each size that are kept ready.
+constexpr size_t kReadyRoots = 8;
+// Calls f for the pools of roots of this shape, and of shapes with up to 128 times as many pages.
+template <class F>
+void for_next_roots(Pools& pools, const FieldShape& shape, F&& f) {
+  const size_t size = Pools::root_size(shape);
+  for (size_t i = size; i < std::min(size + 8, Pools::kRootSizes); i++) f(*pools.roots[i]);
+}
+
 bool without_spans(const Plane& plane) {
   for (int row = 0; row < kTileRays; row += kTileSide) {
-    bool any = false;  // no early exit from the inner loop, so that it is vectorised
+    bool any = false;  // leaving the inner loop early would prevent vectorisation
     for (int slot = row; slot < row + kTileSide; slot++) any |= plane.in[slot] < plane.out[slot];
     if (any) return false;
   }
@@ -144,12 +152,14 @@ bool without_spans(const Plane& plane) {
 
 }  // namespace
 
-detail::Pools::Pools(const FieldShape& shape)
+detail::Pools::Pools()
     : tiles(sizeof(Tile)),
       planes(sizeof(Plane)),
       paints(sizeof(PaintPlane), 1 << 18),
-      pages(sizeof(Page), 1 << 16),
-      roots(root_bytes(shape), 1) {}
+      pages(sizeof(Page), 1 << 16) {
+  for (size_t i = 0; i < kRootSizes; i++)
+    roots[i] = std::make_unique<BlockPool>(root_bytes(size_t{1} << i), 1);
+}
 
 // ---- FieldSnapshot ----
 
@@ -173,10 +183,10 @@ void FieldSnapshot::swap(FieldSnapshot& other) noexcept {
 }
 
 bool FieldSnapshot::holds(const Index3& node, int material, float margin) const {
-  if ((node < 0).any() || node[0] >= nodes_u() || node[1] >= nodes_v()) return false;
+  if (!has_ray(node[0], node[1])) return false;
   const float depth = static_cast<float>(node[2]) + 0.5f;
-  const int slot = (node[1] % kTileSide) * kTileSide + node[0] % kTileSide;
-  for (const Plane* p = &tile(node[0] / kTileSide, node[1] / kTileSide).first;
+  const int slot = slot_of_ray(node[0], node[1]);
+  for (const Plane* p = &tile(tile_of_node(node[0]), tile_of_node(node[1])).first;
        p && !p->empty_at(slot); p = p->next)
     if (p->in[slot] + margin <= depth && depth + margin < p->out[slot] &&
         (material < 0 || p->material[slot] == material))
@@ -211,18 +221,18 @@ double FieldSnapshot::volume(int tu, int tv, const FieldSnapshot& z) const {
 }
 
 bool FieldSnapshot::empty() const {
-  for (int tv = 0; tv < tiles_v(); tv++)
-    for (int tu = 0; tu < tiles_u(); tu++)
+  for (int tv = tv_begin(); tv < tv_end(); tv++)
+    for (int tu = tu_begin(); tu < tu_end(); tu++)
       if (!tile(tu, tv).empty) return false;
   return true;
 }
 
 double FieldSnapshot::volume(const FieldSnapshot& z) const {
-  // Where a tile is shared, the z field is the same at all its places.
+  // Several places can share one tile. The z field is equal at all of them, so the volume is, too.
   std::unordered_map<const Tile*, double> known;
   double total = 0;
-  for (int tv = 0; tv < tiles_v(); tv++)
-    for (int tu = 0; tu < tiles_u(); tu++) {
+  for (int tv = tv_begin(); tv < tv_end(); tv++)
+    for (int tu = tu_begin(); tu < tu_end(); tu++) {
       const Tile& t = tile(tu, tv);
       if (t.empty) continue;
       auto [entry, fresh] = known.try_emplace(&t, 0.0);
@@ -236,11 +246,11 @@ FieldSnapshot::Count FieldSnapshot::count() const {
   Count result;
   std::unordered_map<const Tile*, int64_t> known;
   std::unordered_set<const Page*> pages;
-  result.bytes = static_cast<int64_t>(root_bytes(shape_));
+  result.bytes = static_cast<int64_t>(root_bytes(static_cast<size_t>(shape_.pages())));
   for (int i = 0; i < shape_.pages(); i++)
     if (pages.insert(root_->pages[i]).second) result.bytes += static_cast<int64_t>(sizeof(Page));
-  for (int tv = 0; tv < tiles_v(); tv++)
-    for (int tu = 0; tu < tiles_u(); tu++) {
+  for (int tv = tv_begin(); tv < tv_end(); tv++)
+    for (int tu = tu_begin(); tu < tu_end(); tu++) {
       const Tile& t = tile(tu, tv);
       auto [entry, fresh] = known.try_emplace(&t, 0);
       if (fresh) {
@@ -257,16 +267,25 @@ FieldSnapshot::Count FieldSnapshot::count() const {
 }
 
 uint64_t FieldSnapshot::content_hash() const {
+  const FieldShape& s = shape_;
   Hash hash;
-  for (const int n : {static_cast<int>(axis()), nodes_u(), nodes_v(), nodes_depth()})
+  for (const int n : {static_cast<int>(axis()), s.base_u, s.base_v, s.base_depth})
     hash.add(static_cast<uint64_t>(n));
-  for (int tv = 0; tv < tiles_v(); tv++)
-    for (int tu = 0; tu < tiles_u(); tu++) hash.add(content_hash(tile(tu, tv)));
+  for (int tv = 0; tv * kTileSide < s.base_v; tv++)
+    for (int tu = 0; tu * kTileSide < s.base_u; tu++) hash.add(content_hash(tile(tu, tv)));
+  const uint64_t nothing = Hash().value();
+  for_grown_tiles([&](int tu, int tv, const Tile& grown) {
+    if (content_hash(grown) == nothing) return;
+    hash.add(static_cast<uint64_t>(static_cast<int64_t>(tu)));
+    hash.add(static_cast<uint64_t>(static_cast<int64_t>(tv)));
+    hash.add(content_hash(grown));
+  });
   return hash.value();
 }
 
 uint64_t FieldSnapshot::content_hash(const Tile& tile) {
-  // Tiles in a snapshot do not change, so each caches its hash. A writer clears it.
+  // A tile caches its hash. This is safe, because tiles in a snapshot do not change, and a
+  // writer clears the hash.
   uint64_t own = tile.hash.load(std::memory_order_relaxed);
   if (own == 0) {
     own = hash_tile(tile);
@@ -277,28 +296,24 @@ uint64_t FieldSnapshot::content_hash(const Tile& tile) {
 
 // ---- Field ----
 
-Field::Field(Axis axis, const Index3& nodes) {
+Field::Field(Axis axis, const Lattice& lattice) {
+  const Index3 nodes = lattice.high() - lattice.low();
   KIBORI_CHECK((nodes > 0).all() && (nodes <= kMaxNodesPerAxis).all());
-  shape_ = shape_of(axis, nodes);
-  pools_ = std::make_shared<Pools>(shape_);
+  shape_ = shape_of(axis, lattice);
+  pools_ = std::make_shared<Pools>();
   Tile* const empty = pools_->empty = new_tile();
-  // All pages share the one empty tile. Slots beyond the field's edge are null.
-  root_ = static_cast<Root*>(take(pools_->roots, side_));
+  const auto new_page = [&] {
+    Page* page = new (take(pools_->pages, side_)) Page{{}, 1};
+    std::fill_n(page->tiles, kPageTiles, empty);
+    return page;
+  };
+  root_ = static_cast<Root*>(take(pools_->roots_of(shape_), side_));
   new (&root_->refs) std::atomic<uint32_t>(1);
-  uint32_t uses = 0;
-  for (int pv = 0; pv < shape_.pages_v; pv++)
-    for (int pu = 0; pu < shape_.pages_u; pu++) {
-      Page* page = new (take(pools_->pages, side_)) Page{{}, 1};
-      root_->pages[pv * shape_.pages_u + pu] = page;
-      for (int slot = 0; slot < static_cast<int>(kPageTiles); slot++) {
-        const int side = static_cast<int>(kPageSide);
-        const int tu = pu * side + slot % side, tv = pv * side + slot / side;
-        if (tu >= shape_.tiles_u || tv >= shape_.tiles_v) continue;
-        page->tiles[slot] = empty;
-        uses++;
-      }
-    }
-  empty->refs.store(uses + 1, std::memory_order_relaxed);
+  // The field has its own pages, so that the first edits need none from the pool.
+  for (int i = 0; i < shape_.pages(); i++) root_->pages[i] = new_page();
+  pools_->empty_page = new_page();
+  const auto pages = static_cast<uint32_t>(shape_.pages()) + 1;
+  empty->refs.store(pages * kPageTiles + 1, std::memory_order_relaxed);
 }
 
 void Field::restore(const FieldSnapshot& snapshot) {
@@ -306,10 +321,34 @@ void Field::restore(const FieldSnapshot& snapshot) {
   take_root(snapshot, side_);
 }
 
-// Replaces only the root, because other threads may read pools_ meanwhile.
+void Field::reshape(const Lattice& lattice) {
+  const FieldShape next = shape_of(axis(), lattice);
+  auto* const root = static_cast<Root*>(take(pools_->roots_of(next), side_));
+  new (&root->refs) std::atomic<uint32_t>(1);
+  for (int pv = next.pv_begin; pv < next.pv_end; pv++)
+    for (int pu = next.pu_begin; pu < next.pu_end; pu++) {
+      Page*& to = root->pages[next.page_at(pu, pv)];
+      to = shape_.has_page(pu, pv) ? root_->pages[shape_.page_at(pu, pv)] : pools_->empty_page;
+      hold(to);
+    }
+  release(*pools_, shape_, std::exchange(root_, root), side_);
+  const FieldShape before = std::exchange(shape_, next);
+  if (has_tile(before.tu_begin, before.tv_begin) && has_tile(before.tu_end - 1, before.tv_end - 1))
+    return;
+  // A page at the border may have tiles that the lattice does not hold.
+  for (int tv = before.tv_begin; tv < before.tv_end; tv++)
+    for (int tu = before.tu_begin; tu < before.tu_end; tu++)
+      if (!has_tile(tu, tv) &&
+          next.has_page(FieldShape::page_index(tu), FieldShape::page_index(tv)) &&
+          !tile(tu, tv).empty)
+        clear_tile(tu, tv);
+}
+
+// Replaces the root and its shape only, because other threads may read pools_ meanwhile.
 void FieldSnapshot::take_root(const FieldSnapshot& other, Side side) {
   hold(other.root_);
   release(*pools_, shape_, std::exchange(root_, other.root_), side);
+  shape_ = other.shape_;
 }
 
 Tile* Field::new_tile() {
@@ -324,7 +363,7 @@ Tile* Field::new_tile() {
 
 Page& Field::writable_page(int tu, int tv) {
   if (is_shared(*root_)) {
-    Root* copy = static_cast<Root*>(take(pools_->roots, side_));
+    Root* copy = static_cast<Root*>(take(pools_->roots_of(shape_), side_));
     new (&copy->refs) std::atomic<uint32_t>(1);
     for (int i = 0; i < shape_.pages(); i++) {
       copy->pages[i] = root_->pages[i];
@@ -337,7 +376,7 @@ Page& Field::writable_page(int tu, int tv) {
     Page* copy = new (take(pools_->pages, side_)) Page{{}, 1};
     for (size_t i = 0; i < kPageTiles; i++) {
       copy->tiles[i] = page->tiles[i];
-      if (copy->tiles[i]) hold(copy->tiles[i]);
+      hold(copy->tiles[i]);
     }
     release(*pools_, std::exchange(page, copy), side_);
   }
@@ -408,7 +447,8 @@ PaintPlane& Field::paint_of(Plane& plane) {
 }
 
 void Field::trim_planes(Tile& tile) {
-  // Spans fill the planes from the first on, so the last plane becomes empty first.
+  // Each ray fills the planes from the first one on, so the last plane is the first to become
+  // empty.
   for (;;) {
     Plane *before = nullptr, *last = &tile.first;
     while (last->next) before = std::exchange(last, last->next);
@@ -453,20 +493,22 @@ void Field::reserve(int tiles) {
   pools_->tiles.reserve(static_cast<size_t>(tiles));
   pools_->planes.reserve(static_cast<size_t>(tiles));
   pools_->pages.reserve(static_cast<size_t>(std::min(tiles, 4 * shape_.pages())));
-  pools_->roots.reserve(8);
+  for_next_roots(*pools_, shape_, [](BlockPool& roots) { roots.reserve(kReadyRoots); });
 }
 
 size_t FieldSnapshot::memory_bytes() const {
   const Pools& p = *pools_;
+  size_t roots = 0;
+  for (const auto& of_size : p.roots) roots += of_size->bytes_in_use();
   return p.tiles.bytes_in_use() + p.planes.bytes_in_use() + p.paints.bytes_in_use() +
-         p.pages.bytes_in_use() + p.roots.bytes_in_use();
+         p.pages.bytes_in_use() + roots;
 }
 
 void FieldSnapshot::keep_ready(int tiles) const {
   pools_->tiles.keep_ready(static_cast<size_t>(tiles));
   pools_->planes.keep_ready(static_cast<size_t>(tiles));
   pools_->pages.keep_ready(static_cast<size_t>(std::min(tiles, 4 * shape_.pages())));
-  pools_->roots.keep_ready(8);
+  for_next_roots(*pools_, shape_, [](BlockPool& roots) { roots.keep_ready(kReadyRoots); });
 }
 
 }  // namespace kibori

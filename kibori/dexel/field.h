@@ -4,12 +4,18 @@
 //   Snapshot ──► Root ──► Page (8 x 8 tiles) ──► Tile          each counts its references
 //   Field    ──►  │
 //
-// A snapshot is one more reference to the root. The writer copies a root, page or tile only if it
-// is shared. So a snapshot costs only what changes after it. Any number of threads may read; one
-// thread writes.
+// A snapshot is one more reference to the root. If a root, page or tile has other references, the
+// writer copies it before it changes it. So a snapshot costs memory only for later changes. Any
+// number of threads may read snapshots. Each Field has one writer thread.
+//
+// A field can grow: it gets a root with more pages. The new root points to the old pages, and
+// everywhere else to one shared empty page. So growth costs as much as a copy of the root.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <atomic>
+#include <bit>
 #include <cstdint>
 #include <memory>
 #include <utility>
@@ -43,7 +49,7 @@ struct Page {
 
 struct Root {
   std::atomic<uint32_t> refs;
-  Page* pages[1];  // one for each page of the field
+  Page* pages[1];  // allocated longer: one pointer for each page of the field
 };
 
 template <class T>
@@ -51,31 +57,48 @@ bool is_shared(const T& object) {
   return object.refs.load(std::memory_order_acquire) != 1;
 }
 
+// Extent of a field: rays (u, v), nodes along each ray (depth), tiles (tu, tv) and pages (pu, pv).
+// Each end is exclusive. Indices count from the base's origin, so growth does not change them.
 struct FieldShape {
   Axis axis = Axis::x;
-  int nodes_u = 0, nodes_v = 0, nodes_depth = 0;
-  int tiles_u = 0, tiles_v = 0, pages_u = 0, pages_v = 0;
+  int u_begin = 0, u_end = 0, v_begin = 0, v_end = 0, depth_begin = 0, depth_end = 0;
+  int tu_begin = 0, tu_end = 0, tv_begin = 0, tv_end = 0;
+  int pu_begin = 0, pu_end = 0, pv_begin = 0, pv_end = 0;
+  int base_u = 0, base_v = 0, base_depth = 0;  // nodes of the base
 
-  int pages() const { return pages_u * pages_v; }
-  // Tile indices are never negative.
-  size_t page_of(int tu, int tv) const {
-    return static_cast<size_t>(static_cast<unsigned>(tv) / kPageSide *
-                                   static_cast<unsigned>(pages_u) +
-                               static_cast<unsigned>(tu) / kPageSide);
+  static int page_index(int tile) { return tile >> 3; }
+  int pages_u() const { return pu_end - pu_begin; }
+  int pages() const { return pages_u() * (pv_end - pv_begin); }
+  bool has_page(int pu, int pv) const {
+    return pu >= pu_begin && pu < pu_end && pv >= pv_begin && pv < pv_end;
   }
+  size_t page_at(int pu, int pv) const {
+    return static_cast<size_t>((pv - pv_begin) * pages_u() + pu - pu_begin);
+  }
+  size_t page_of(int tu, int tv) const { return page_at(page_index(tu), page_index(tv)); }
   static size_t slot_of(int tu, int tv) {
-    return static_cast<unsigned>(tv) % kPageSide * kPageSide +
+    return (static_cast<unsigned>(tv) % kPageSide) * kPageSide +
            static_cast<unsigned>(tu) % kPageSide;
   }
 };
+static_assert(kPageSide == 8);
 
 struct Pools {
-  explicit Pools(const FieldShape& shape);
-  BlockPool tiles, planes, paints, pages, roots;
-  Tile* empty = nullptr;  // the tile of every place without material; never returned to the pool
+  Pools();
+  BlockPool tiles, planes, paints, pages;
+  // roots[i] has the roots for up to 2^i pages.
+  static constexpr size_t kRootSizes = 14;
+  std::array<std::unique_ptr<BlockPool>, kRootSizes> roots;
+  Tile* empty = nullptr;       // shared by places without material
+  Page* empty_page = nullptr;  // has only empty tiles; neither is returned to the pool
+
+  static size_t root_size(const FieldShape& shape) {
+    return static_cast<size_t>(std::bit_width(static_cast<unsigned>(shape.pages()) - 1));
+  }
+  BlockPool& roots_of(const FieldShape& shape) { return *roots[root_size(shape)]; }
 };
 
-// Who takes and returns blocks: the field's own writer, or a second writer.
+// The writer that takes and returns blocks: the field's own writer (owner), or a second one.
 enum class Side { owner, aside };
 
 }  // namespace detail
@@ -94,11 +117,25 @@ class FieldSnapshot {
   void swap(FieldSnapshot& other) noexcept;
 
   Axis axis() const { return shape_.axis; }
-  int nodes_u() const { return shape_.nodes_u; }
-  int nodes_v() const { return shape_.nodes_v; }
-  int nodes_depth() const { return shape_.nodes_depth; }
-  int tiles_u() const { return shape_.tiles_u; }
-  int tiles_v() const { return shape_.tiles_v; }
+  // Ranges of rays (u, v), nodes along each ray (depth) and tiles (tu, tv). Each end is exclusive.
+  // Index 0 is the base's first node or tile.
+  int u_begin() const { return shape_.u_begin; }
+  int u_end() const { return shape_.u_end; }
+  int v_begin() const { return shape_.v_begin; }
+  int v_end() const { return shape_.v_end; }
+  int depth_begin() const { return shape_.depth_begin; }
+  int depth_end() const { return shape_.depth_end; }
+  int tu_begin() const { return shape_.tu_begin; }
+  int tu_end() const { return shape_.tu_end; }
+  int tv_begin() const { return shape_.tv_begin; }
+  int tv_end() const { return shape_.tv_end; }
+  bool has_ray(int u, int v) const {
+    return u >= shape_.u_begin && u < shape_.u_end && v >= shape_.v_begin && v < shape_.v_end;
+  }
+  bool has_tile(int tu, int tv) const {
+    return tu >= shape_.tu_begin && tu < shape_.tu_end && tv >= shape_.tv_begin &&
+           tv < shape_.tv_end;
+  }
 
   const Tile& tile(int tu, int tv) const {
     return *root_->pages[shape_.page_of(tu, tv)]->tiles[shape_.slot_of(tu, tv)];
@@ -107,51 +144,64 @@ class FieldSnapshot {
   // Calls f(const Span&) for the spans of ray (u, v), in order.
   template <class F>
   void for_spans(int u, int v, F&& f) const {
-    const int slot = (v % kTileSide) * kTileSide + u % kTileSide;
-    for (const Plane* p = &tile(u / kTileSide, v / kTileSide).first; p && !p->empty_at(slot);
+    const int slot = slot_of_ray(u, v);
+    for (const Plane* p = &tile(tile_of_node(u), tile_of_node(v)).first; p && !p->empty_at(slot);
          p = p->next)
       f(span_at(*p, slot));
   }
 
-  // Calls f(tu, tv, was, is) for each tile that differs, as an object, from an earlier snapshot of
-  // this field. Shared pages are skipped, so the cost depends only on what changed.
+  // Calls f(tu, tv, was, is) for each tile that is not the same object as in an earlier snapshot
+  // of this field. Shared pages are skipped, so the cost depends only on what changed. If the field
+  // grew, one snapshot may have no tile at a place. Then f receives the empty tile for it.
   template <class F>
   void for_changed_tiles(const FieldSnapshot& before, F&& f) const {
     if (root_ == before.root_) return;
-    for (int pv = 0; pv < shape_.pages_v; pv++)
-      for (int pu = 0; pu < shape_.pages_u; pu++) {
-        const auto page = static_cast<size_t>(pv * shape_.pages_u + pu);
-        const detail::Page *is = root_->pages[page], *was = before.root_->pages[page];
-        if (is == was) continue;
+    const detail::FieldShape &a = shape_, &b = before.shape_;
+    for (int pv = std::min(a.pv_begin, b.pv_begin); pv < std::max(a.pv_end, b.pv_end); pv++)
+      for (int pu = std::min(a.pu_begin, b.pu_begin); pu < std::max(a.pu_end, b.pu_end); pu++) {
+        const detail::Page &is = page(pu, pv), &was = before.page(pu, pv);
+        if (&is == &was) continue;
         for (unsigned slot = 0; slot < detail::kPageTiles; slot++) {
-          if (is->tiles[slot] == was->tiles[slot]) continue;
+          if (is.tiles[slot] == was.tiles[slot]) continue;
           f(pu * static_cast<int>(detail::kPageSide) + static_cast<int>(slot % detail::kPageSide),
             pv * static_cast<int>(detail::kPageSide) + static_cast<int>(slot / detail::kPageSide),
-            *was->tiles[slot], *is->tiles[slot]);
+            *was.tiles[slot], *is.tiles[slot]);
         }
       }
   }
+  // Calls f(tu, tv, tile) for the tiles outside the base that have material.
+  template <class F>
+  void for_grown_tiles(F&& f) const {
+    const detail::FieldShape& s = shape_;
+    if (s.tu_begin == 0 && s.tv_begin == 0 && s.u_end == s.base_u && s.v_end == s.base_v) return;
+    const int base_tu = tile_of_node(s.base_u - 1) + 1, base_tv = tile_of_node(s.base_v - 1) + 1;
+    for (int tv = s.tv_begin; tv < s.tv_end; tv++)
+      for (int tu = s.tu_begin; tu < s.tu_end; tu++) {
+        if (tu >= 0 && tv >= 0 && tu < base_tu && tv < base_tv) continue;
+        if (const Tile& there = tile(tu, tv); !there.empty) f(tu, tv, there);
+      }
+  }
 
-  // Allocates memory until its field's pool has `tiles` tiles ready. Any thread.
+  // Allocates memory until the field's pools have memory ready for `tiles` tiles. Any thread.
   void keep_ready(int tiles) const;
-  // Memory of its field, including all snapshots. Any thread.
+  // Memory of the field [bytes], including that of all its snapshots. Any thread.
   size_t memory_bytes() const;
-  // Releases the snapshot. Blocks without another user are kept for second writers.
+  // Releases the snapshot. Blocks that nothing else uses are kept for second writers.
   void drop_shared();
-  // True if both are snapshots of the same field. A field can be restored to either then.
+  // True if both are snapshots of the same field. Then the field can be restored to either.
   bool of_same_field(const FieldSnapshot& other) const { return pools_ == other.pools_; }
 
   bool empty() const;  // no span at all
   // This field's share of the volume (volume.h) of a model whose z field is `z` [lattice units^3]:
   // the corrections of its ends, and the nodes if it is the z field. The result is the same on
-  // every machine.
+  // every machine. The second function is for one tile.
   double volume(const FieldSnapshot& z) const;
   double volume(int tu, int tv, const FieldSnapshot& z) const;
-  // z field only: true if the node is inside, in any material or in the given one, by at least
-  // `margin` [cells] from the span's ends.
+  // z field only: true if the node is in a span, and at least `margin` [cells] from its ends. If
+  // `material` is not negative, only spans of this material count.
   bool holds(const Index3& node) const { return holds(node, -1, 0); }
   bool holds(const Index3& node, int material, float margin) const;
-  // The contribution of a span of the ray at (u, v) of this field.
+  // The contribution to the volume of a span of ray (u, v).
   RayVolume ray_volume(int u, int v, const Span& span, const FieldSnapshot& z) const;
   struct Count {
     int64_t spans = 0;
@@ -159,6 +209,7 @@ class FieldSnapshot {
   };
   Count count() const;
   // Hash of the content (spans, materials, normals, paint). It does not depend on the storage.
+  // It does not depend on growth either: outside the base, only tiles with material count.
   uint64_t content_hash() const;
   // Hash of one tile of a snapshot. The tile caches it.
   static uint64_t content_hash(const Tile& tile);
@@ -175,6 +226,10 @@ class FieldSnapshot {
 
  protected:
   void take_root(const FieldSnapshot& other, detail::Side side);
+  // The page, or the empty page if the field has none there.
+  const detail::Page& page(int pu, int pv) const {
+    return shape_.has_page(pu, pv) ? *root_->pages[shape_.page_at(pu, pv)] : *pools_->empty_page;
+  }
 
   std::shared_ptr<detail::Pools> pools_;
   detail::FieldShape shape_;
@@ -184,8 +239,8 @@ class FieldSnapshot {
 // The writer's field. Not copyable: take a snapshot.
 class Field : private FieldSnapshot {
  public:
-  // An empty field for the rays of `axis` through a lattice of `nodes`.
-  Field(Axis axis, const Index3& nodes);
+  // An empty field for the rays of `axis` through a lattice.
+  Field(Axis axis, const Lattice& lattice);
   // A second writer of the field that `start` belongs to, on another thread. It begins in that
   // state and uses the same memory. Each writer can be restored to the other's snapshots.
   explicit Field(const FieldSnapshot& start) : FieldSnapshot(start), side_(detail::Side::aside) {}
@@ -195,18 +250,28 @@ class Field : private FieldSnapshot {
   Field(Field&&) = default;
 
   using FieldSnapshot::axis;
-  using FieldSnapshot::nodes_depth;
-  using FieldSnapshot::nodes_u;
-  using FieldSnapshot::nodes_v;
+  using FieldSnapshot::depth_begin;
+  using FieldSnapshot::depth_end;
+  using FieldSnapshot::has_ray;
+  using FieldSnapshot::has_tile;
   using FieldSnapshot::tile;
-  using FieldSnapshot::tiles_u;
-  using FieldSnapshot::tiles_v;
+  using FieldSnapshot::tu_begin;
+  using FieldSnapshot::tu_end;
+  using FieldSnapshot::tv_begin;
+  using FieldSnapshot::tv_end;
+  using FieldSnapshot::u_begin;
+  using FieldSnapshot::u_end;
+  using FieldSnapshot::v_begin;
+  using FieldSnapshot::v_end;
 
   // Read access to the current state, without counting a reference.
   const FieldSnapshot& view() const { return *this; }
   FieldSnapshot snapshot() const { return *this; }
   // Restores a snapshot of this field, older or newer.
   void restore(const FieldSnapshot& snapshot);
+  // Gives the field the rays of this lattice, which has the same base. Tiles that the lattice does
+  // not hold are dropped. Growth takes one root from the pool, and nothing else.
+  void reshape(const Lattice& lattice);
 
   // True if a write to the tile would copy it first.
   bool shared(int tu, int tv) const {
@@ -220,17 +285,19 @@ class Field : private FieldSnapshot {
     tile.hash.store(0, std::memory_order_relaxed);
     return tile;
   }
-  // The same, if the caller may not write after all. A caller that writes clears the tile's hash.
+  // The same for a caller that does not know yet whether it will write. If it writes, it must
+  // clear the tile's hash.
   Tile& maybe_writable(int tu, int tv) {
     return shared(tu, tv) ? copy_for_writing(tu, tv)
                           : *root_->pages[shape_.page_of(tu, tv)]->tiles[shape_.slot_of(tu, tv)];
   }
   // Replaces the tile by the shared empty tile.
   void clear_tile(int tu, int tv);
-  // Keeps only the planes of a tile whose flag in `keep` is set. On the removed planes every ray
-  // must have a span.
+  // Keeps only the planes of a tile whose flag in `keep` is set. In each removed plane, every
+  // ray must have a span.
   void keep_planes(int tu, int tv, const std::vector<bool>& keep);
-  // Uses another tile here, too. The two are shared until either is written.
+  // Replaces tile (tu, tv) by the tile at (from_tu, from_tv). The two places share it until either
+  // is written.
   void share_tile(int tu, int tv, int from_tu, int from_tv);
   // The plane after `plane`. Creates it if there is none.
   Plane& next_plane(Plane& plane);
@@ -238,7 +305,8 @@ class Field : private FieldSnapshot {
   // Removes planes without spans at the end of the chain.
   void trim_planes(Tile& tile);
 
-  // Fills rays u0 <= u < u1, v0 <= v < v1 of an empty field with one span. Equal tiles are shared.
+  // Fills rays u0 <= u < u1, v0 <= v < v1 of an empty field with one span each. Equal tiles are
+  // shared.
   void fill(int u0, int u1, int v0, int v1, float in, float out, uint8_t material);
   // Allocates memory for `tiles` more tiles in advance. Any thread.
   void reserve(int tiles);

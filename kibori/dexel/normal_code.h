@@ -2,12 +2,11 @@
 // Encodes a surface normal at a span's end in 32 bits: its u and v components (the field's frame)
 // as 16-bit snorm numbers.
 //
-// The depth component follows: its size from the unit length, its sign from the end. A normal
-// points out of the material. Its depth component is <= 0 at an `in` end and >= 0 at an `out` end.
-// The typical error is 0.002 degrees. The maximum is 0.4, where the surface is within half a degree of
-// parallel to the ray; there the other two fields are accurate. (An octahedral code spreads its
-// error evenly, but costs three times as much.) Code 0 is the ray's own
-// direction.
+// The depth component is not stored. Its size follows from the unit length. Its sign follows
+// from the end: a normal points out of the material, so the component is <= 0 at an `in` end and >=
+// 0 at an `out` end. The typical error is 0.002 degrees. The maximum is 0.4 degrees, where the
+// surface is nearly parallel to the ray. There the other two fields are accurate. (An octahedral
+// code spreads its error evenly, but takes three times as long.) Code 0 is a normal along the ray.
 #pragma once
 
 #include <cmath>
@@ -18,7 +17,8 @@
 
 namespace kibori {
 
-// The nearest integer; of two the even one; |x| < 2^51. (std::nearbyint is a function call.)
+// Rounds to the nearest integer. Ties go to the even one. Requires |x| < 2^31. It is used instead
+// of std::nearbyint, which compilers do not inline.
 inline int32_t nearest_whole(double x) {
   constexpr double kNoFractions = 0x1.8p52;  // so large that doubles of its size have no fractions
   return static_cast<int32_t>((x + kNoFractions) - kNoFractions);
@@ -34,7 +34,7 @@ inline uint32_t encode_normal(double u, double v, double depth) {
   return snorm(u / norm) | (snorm(v / norm) << 16);
 }
 
-// The code of the opposite direction.
+// The code of the opposite normal. It is valid at an end of the other kind (`in` or `out`).
 inline uint32_t negate_normal(uint32_t code) {
   const auto low = static_cast<uint16_t>(-static_cast<int16_t>(code & 0xffffu));
   const auto high = static_cast<uint16_t>(-static_cast<int16_t>(code >> 16));
@@ -50,11 +50,12 @@ inline double depth_share(uint32_t code) {
 
 // The square of the depth component of the unit normal, in [0, 1]: the weight of an end in volumes
 // (volume.h).
+inline constexpr float kHalfSquares = 2 / (32767.0f * 32767.0f);
 inline float depth_weight(uint32_t code) {
-  constexpr float kUnit2 = 1 / (32767.0f * 32767.0f);
-  const auto u = static_cast<float>(static_cast<int16_t>(code & 0xffffu));
-  const auto v = static_cast<float>(static_cast<int16_t>(code >> 16));
-  return std::fmax(0.0f, 1 - kUnit2 * (u * u + v * v));
+  const int u = static_cast<int16_t>(code & 0xffffu), v = static_cast<int16_t>(code >> 16);
+  // Half the sum of the squares, because the whole sum can exceed a signed integer.
+  const uint32_t half = (static_cast<uint32_t>(u * u) + static_cast<uint32_t>(v * v)) >> 1;
+  return std::fmax(0.0f, 1 - kHalfSquares * static_cast<float>(half));
 }
 
 // Unit normal in world axes. at_out: true for an `out` end.

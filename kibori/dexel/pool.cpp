@@ -58,7 +58,7 @@ void* BlockPool::take_shared() {
 }
 
 void BlockPool::take_surplus() {
-  // The difference counts all ready blocks, in `returned_` and in `mine_`. Only the owner may read
+  // given_ - taken_ counts all ready blocks, in `returned_` and in `mine_`. Only the owner may read
   // `mine_`. So `returned_` may hold fewer blocks than the difference.
   if (given_.load(std::memory_order_relaxed) - taken_.load(std::memory_order_relaxed) <
       2 * kOwnersShare)
@@ -100,7 +100,8 @@ void BlockPool::reserve(size_t blocks) {
 
 std::pair<BlockPool::Free*, BlockPool::Free*> BlockPool::make(size_t count) {
   auto* chunk = static_cast<std::byte*>(::operator new(count* bytes_, kAlign));
-  // Touches every page now: a page fault on first use would delay the servo.
+  // Writes to every memory page now. Otherwise the first use would cause a page fault and delay the
+  // servo thread.
   std::memset(chunk, 0, count * bytes_);
   chunks_.push_back(chunk);
   Free* first = nullptr;

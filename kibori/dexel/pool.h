@@ -7,10 +7,11 @@
 //                                    ▲ reserve()
 //   take_shared() <───────────────── aside ◄── give_shared()      under a lock
 //
-// One thread takes; any thread gives back. The owner takes the whole returned list at once, so
-// there is no ABA problem. A second writer takes blocks from `aside` and returns them there. If
-// `aside` is empty, it takes returned blocks, but leaves kOwnersShare of them to the owner.
-// Otherwise blocks that it fills and the owner releases would pile up.
+// The owner takes blocks; any thread gives them back. The owner takes the whole returned list at
+// once, so there is no ABA problem. A second writer takes blocks from `aside` and returns them
+// there. If `aside` is empty, it takes returned blocks, but leaves kOwnersShare of them to the
+// owner. Otherwise all blocks that snapshots release would collect at the owner. The second writer
+// would always need new ones.
 #pragma once
 
 #include <atomic>
@@ -31,7 +32,7 @@ class BlockPool {
 
   // Uninitialised memory. Owner thread only. Allocates only if the pool is empty.
   void* take();
-  // Any thread. It retries only if another thread gives a block at the same time.
+  // Any thread. It retries only if another thread changes the returned list at the same time.
   void give(void* block);
   // Number of ready blocks that a second writer leaves to the owner.
   static constexpr size_t kOwnersShare = 4096;
@@ -40,7 +41,7 @@ class BlockPool {
   void give_shared(void* block);
   // Makes at least `blocks` more blocks ready. Uses those in `aside` first. Any thread.
   void reserve(size_t blocks);
-  // Makes more blocks ready until `blocks` are ready. Any thread.
+  // Makes blocks ready for take() until at least `blocks` are ready. Any thread.
   void keep_ready(size_t blocks) {
     const size_t ready =
         given_.load(std::memory_order_relaxed) - taken_.load(std::memory_order_relaxed);
@@ -59,14 +60,14 @@ class BlockPool {
     Free* next;
   };
   void give_chain(Free* first, Free* last, size_t count);
-  // Moves the owner's surplus to `aside`. Call under the lock.
+  // Moves returned blocks beyond kOwnersShare to `aside`. Call under the lock.
   void take_surplus();
   // A chain of new blocks: its first and last. Call under the lock.
   std::pair<Free*, Free*> make(size_t count);
 
   const size_t bytes_;
   const size_t chunk_bytes_;
-  // given_ includes new blocks; taken_ counts the owner's only.
+  // given_ includes new blocks that reserve() made ready. taken_ counts only take().
   std::atomic<size_t> made_{0}, given_{0}, taken_{0}, lying_aside_{0};
   Free* mine_ = nullptr;
   std::atomic<Free*> returned_{nullptr};

@@ -5,10 +5,11 @@
 //   plane 1   second span of every ray   (exists only if some ray has two)
 //   ...
 //
-// Ray (i, j) of a tile is slot j * 16 + i. i runs along u, so one row of 16 rays is one vector. A
-// slot without a span has in = +kFar, out = -kFar. The spans of a ray fill the planes from 0
-// without gaps. They are sorted and disjoint; they may touch where the material changes. Depths are
-// float32 lattice units from the lattice's lower corner. Spans are half-open [in, out).
+// Ray (i, j) of a tile is slot j * 16 + i. i runs along u, so a row of 16 rays is contiguous, as
+// vector instructions need. A slot without a span has in = +kFar, out = -kFar. The spans of a ray
+// fill the planes from 0 without gaps. They are sorted and disjoint; they may touch where the
+// material changes. Depths are float32 lattice units from the lattice's origin. Spans are half-open
+// [in, out).
 #pragma once
 
 #include <algorithm>
@@ -16,16 +17,19 @@
 #include <cstdint>
 
 #include <kibori/base/tolerances.h>
+#include <kibori/geometry/color.h>
 
 namespace kibori {
 
 inline constexpr int kTileSide = 16;
 inline constexpr int kTileRays = kTileSide * kTileSide;
+// The tile that holds a ray, and the ray's place in it, along u or v. Indices may be negative.
+constexpr int tile_of_node(int node) { return node >> 4; }
+constexpr int place_in_tile(int node) { return node & 15; }
+static_assert(tile_of_node(kTileSide) == 1 && tile_of_node(-1) == -1 && place_in_tile(-1) == 15);
+constexpr int slot_of_ray(int u, int v) { return place_in_tile(v) * kTileSide + place_in_tile(u); }
 // Tile::material of a tile whose spans have several materials.
 inline constexpr uint8_t kMixedMaterial = 255;
-
-// 0xAABBGGRR; 0 means unpainted.
-using Color = uint32_t;
 
 struct PaintPlane {
   alignas(64) Color in[kTileRays];
@@ -35,11 +39,11 @@ struct PaintPlane {
 struct Plane {
   alignas(64) float in[kTileRays];
   alignas(64) float out[kTileRays];
-  // See normal_code.h; always pointing out of the material.
+  // Codes of normal_code.h. Normals point out of the material.
   alignas(64) uint32_t normal_in[kTileRays];
   alignas(64) uint32_t normal_out[kTileRays];
   alignas(64) uint8_t material[kTileRays];
-  float near, far;  // bounds of all spans; an edit skips the plane if the tool is outside them
+  float near, far;  // bounds of all spans; an edit outside of them skips the plane
   bool tight;       // true if the bounds are exact; an edit sets it to false
   Plane* next;
   PaintPlane* paint;  // null if nothing in this plane was ever painted
@@ -69,7 +73,7 @@ struct Plane {
 struct Tile {
   Plane first;
   std::atomic<uint32_t> refs;
-  mutable std::atomic<uint64_t> hash;  // of the content; 0: unknown
+  mutable std::atomic<uint64_t> hash;  // of the content; 0: not computed
   uint8_t material;                    // of every span in the tile, or kMixedMaterial
   bool empty;                          // no span at all
 

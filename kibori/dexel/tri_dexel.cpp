@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include <kibori/base/check.h>
 #include <kibori/base/hash.h>
 
 namespace kibori {
@@ -50,8 +51,7 @@ void Snapshot::keep_ready(int tiles) const {
 
 TriDexel::TriDexel(const Lattice& lattice)
     : lattice_(lattice),
-      fields_{Field(Axis::x, lattice.nodes), Field(Axis::y, lattice.nodes),
-              Field(Axis::z, lattice.nodes)} {}
+      fields_{Field(Axis::x, lattice), Field(Axis::y, lattice), Field(Axis::z, lattice)} {}
 
 TriDexel::TriDexel(const Snapshot& start, const LatticeBox& material_bounds)
     : lattice_(start.lattice),
@@ -64,7 +64,25 @@ Snapshot TriDexel::snapshot() const {
 
 void TriDexel::restore(const Snapshot& snapshot) {
   for (Axis axis : kAxes) field(axis).restore(snapshot.field(axis));
+  lattice_.below = snapshot.lattice.below;
+  lattice_.above = snapshot.lattice.above;
   touch();
+}
+
+void TriDexel::set_lattice(const Lattice& lattice) {
+  KIBORI_CHECK((lattice.nodes == lattice_.nodes).all());
+  if ((lattice.below == lattice_.below).all() && (lattice.above == lattice_.above).all()) return;
+  for (Field& f : fields_) f.reshape(lattice);
+  lattice_.below = lattice.below;
+  lattice_.above = lattice.above;
+  touch();
+}
+
+bool TriDexel::grow_to(const LatticeBox& box) {
+  const Lattice grown = grown_to(lattice_, box);
+  if ((grown.below == lattice_.below).all() && (grown.above == lattice_.above).all()) return false;
+  set_lattice(grown);
+  return true;
 }
 
 void TriDexel::fill_block(const Box& box_mm, uint8_t material) {
@@ -97,7 +115,7 @@ void TriDexel::reserve(int tiles) {
 ModelCount TriDexel::count() const {
   ModelCount result;
   for (const Field& f : fields_) {
-    result.rays += int64_t{f.nodes_u()} * f.nodes_v();
+    result.rays += int64_t{f.u_end() - f.u_begin()} * (f.v_end() - f.v_begin());
     const FieldSnapshot::Count c = f.view().count();
     result.spans += c.spans;
     result.bytes += c.bytes;
@@ -105,14 +123,109 @@ ModelCount TriDexel::count() const {
   return result;
 }
 
+namespace {
+
+int down_to_tile(int node) { return node - place_in_tile(node); }
+int up_to_tile(int node) { return down_to_tile(node + kTileSide - 1); }
+
+// Grows one axis until it holds [min, max]. A side that grows does so by at least `extra` nodes.
+void grow_axis(Lattice& lattice, int axis, double min, double max, int extra) {
+  int low = lattice.low()[axis], high = lattice.high()[axis];
+  // Clamps positions that are far away, so that the conversion to int cannot overflow.
+  min = std::max(min, low - 2.0 * kMaxNodesPerAxis);
+  max = std::min(max, high + 2.0 * kMaxNodesPerAxis);
+  if (min < low) {
+    const int wanted = std::min(static_cast<int>(std::floor(min)), low - extra);
+    low = std::min(low, std::max(down_to_tile(wanted), up_to_tile(high - kMaxNodesPerAxis)));
+  }
+  if (max > high) {
+    const int wanted = std::max(static_cast<int>(std::ceil(max)), high + extra);
+    high = std::max(high, std::min(up_to_tile(wanted), down_to_tile(low + kMaxNodesPerAxis)));
+  }
+  lattice.below[axis] = -low;
+  lattice.above[axis] = high - lattice.nodes[axis];
+}
+
+}  // namespace
+
+Lattice grown_to(const Lattice& lattice, const LatticeBox& box) {
+  Lattice grown = lattice;
+  for (int i = 0; i < 3; i++)
+    grow_axis(grown, i, box.units.min[i], box.units.max[i],
+              (lattice.high()[i] - lattice.low()[i]) / 4);
+  return grown;
+}
+
+Lattice lattice_holding(const Lattice& lattice, const LatticeBox& box) {
+  Lattice holding = lattice;
+  holding.below = holding.above = Index3::Zero();
+  for (int i = 0; i < 3; i++) grow_axis(holding, i, box.units.min[i], box.units.max[i], 0);
+  return holding;
+}
+
+Lattice joined(const Lattice& one, const Lattice& other) {
+  Lattice both = one;
+  both.below = one.below.max(other.below);
+  both.above = one.above.max(other.above);
+  return both;
+}
+
+namespace {
+
+// A box around the spans of a tile [lattice units], in the order u, v, depth.
+Box box_of_spans(const Tile& tile, int tu, int tv) {
+  Box box;
+  for (const Plane* p = &tile.first; p; p = p->next)
+    for (int slot = 0; slot < kTileRays; slot++) {
+      if (p->empty_at(slot)) continue;
+      const int row = slot / kTileSide;
+      const double u = tu * kTileSide + slot % kTileSide, v = tv * kTileSide + row;
+      box.include(Vec3(u, v, double{p->in[slot]}));
+      box.include(Vec3(u + 1, v + 1, double{p->out[slot]}));
+    }
+  return box;
+}
+
+}  // namespace
+
+Lattice fitted_lattice(const Snapshot& model) {
+  Lattice fitted = model.lattice;
+  if (!fitted.grown()) return fitted;
+  fitted.below = fitted.above = Index3::Zero();
+  Box all = fitted.base().units;
+  for (const Axis axis : kAxes) {
+    const FieldSnapshot& field = model.field(axis);
+    const int u = u_index(axis), v = v_index(axis), d = depth_index(axis);
+    const Index3& base = fitted.nodes;
+    for (int tv = field.tv_begin(); tv < field.tv_end(); tv++)
+      for (int tu = field.tu_begin(); tu < field.tu_end(); tu++) {
+        const Tile& tile = field.tile(tu, tv);
+        if (tile.empty || (tu >= 0 && tv >= 0 && (tu + 1) * kTileSide <= base[u] &&
+                           (tv + 1) * kTileSide <= base[v] && !tile.reaches(-kFar, 0) &&
+                           !tile.reaches(base[d], kFar)))
+          continue;
+        const Box box = box_of_spans(tile, tu, tv);
+        if (box.empty()) continue;
+        Vec3 min, max;
+        for (const auto& [to, from] : {std::pair{u, 0}, {v, 1}, {d, 2}}) {
+          min[to] = box.min[from];
+          max[to] = box.max[from];
+        }
+        all.include(min);
+        all.include(max);
+      }
+  }
+  return lattice_holding(fitted, {all});
+}
+
 Result<Lattice> make_lattice(const Vec3& size_mm, double pitch_mm, double room_mm) {
   char text[256];
   if (!(pitch_mm > 0) || !std::isfinite(pitch_mm))
     return Error{"pitch must be a positive number of mm"};
   if (!size_mm.allFinite() || (size_mm.array() < 0).any())
-    return Error{"sides must be numbers of mm, 0 or more"};
+    return Error{"the sides of the stock must be numbers of mm, 0 or more"};
   if (!(room_mm >= 0) || !std::isfinite(room_mm))
-    return Error{"room must be a number of mm, 0 or more"};
+    return Error{"the room around the stock must be a number of mm, 0 or more"};
   Lattice lattice;
   lattice.pitch_mm = pitch_mm;
   const double room = std::ceil(room_mm / pitch_mm - 1e-9);

@@ -43,8 +43,7 @@ struct ModelCount {
 
 class TriDexel {
  public:
-  // An empty model. The lattice must have 1..kMaxNodesPerAxis nodes on each axis: see
-  // check_lattice.
+  // An empty model. The lattice must have 1..kMaxNodesPerAxis nodes on each axis.
   explicit TriDexel(const Lattice& lattice);
   // A second writer of the model that `start` belongs to, for another thread. It begins in that
   // state and uses the same memory. Each can be restored to the other's snapshots.
@@ -59,6 +58,13 @@ class TriDexel {
   // Restores a snapshot of this model, or of one that shares its memory.
   void restore(const Snapshot& snapshot);
 
+  // Grows the lattice until it holds the box, as far as the limits allow (grown_to). Costs as much
+  // as the copies of three roots, and allocates nothing if the pools have roots (reserve,
+  // Snapshot::keep_ready). Returns true if the lattice grew.
+  bool grow_to(const LatticeBox& box);
+  // Gives the model a lattice with the same base. The lattice must hold all material.
+  void set_lattice(const Lattice& lattice);
+
   // Fills the box [mm] of an empty model. Equal tiles are shared, so a large box needs little
   // memory.
   void fill_block(const Box& box_mm, uint8_t material);
@@ -70,11 +76,12 @@ class TriDexel {
   uint64_t content_hash() const { return snapshot().content_hash(); }
   ModelCount count() const;
 
-  // A box [lattice units] that contains all material. It does not shrink when material is removed,
-  // so no model and no force may depend on it.
+  // A box [lattice units] that contains all material. It does not shrink when material is removed
+  // or a deposit is undone. It depends on the history, so no model and no force may depend on it.
   const LatticeBox& material_bounds() const { return material_bounds_; }
   void include_material(const LatticeBox& box);
-  // Number of edits and restores. A caller compares it to detect changes.
+  // Increases with every edit, restore and change of the lattice. A caller compares it to detect
+  // changes.
   uint64_t generation() const { return generation_; }
   void touch() { generation_++; }
 
@@ -85,9 +92,24 @@ class TriDexel {
   uint64_t generation_ = 0;
 };
 
-// The lattice over the box [0, size_mm] with `room_mm` of space around it. Nodes are at (i + 1/2) *
-// pitch from the box's lower corner. Errors: a pitch that is not positive; an invalid size or room;
-// more than kMaxNodesPerAxis nodes along an axis.
+// The lattice, grown by whole tiles until it holds the box, as far as kMaxNodesPerAxis allows. A
+// side that grows does so by at least a quarter of the lattice's size, so that growth is rare.
+Lattice grown_to(const Lattice& lattice, const LatticeBox& box);
+
+// The smallest lattice with the same base, grown by whole tiles, that holds the box, as far as
+// kMaxNodesPerAxis allows.
+Lattice lattice_holding(const Lattice& lattice, const LatticeBox& box);
+
+// The smallest lattice that holds both. They must have the same base.
+Lattice joined(const Lattice& one, const Lattice& other);
+
+// The smallest lattice with the model's base that holds its material. It depends on the content
+// alone.
+Lattice fitted_lattice(const Snapshot& model);
+
+// The lattice over the box [0, size_mm] with at least `room_mm` of space on each side. The space is
+// a whole number of pitches. Errors: a pitch that is not positive; an invalid size or room; more
+// than kMaxNodesPerAxis nodes along an axis.
 Result<Lattice> make_lattice(const Vec3& size_mm, double pitch_mm, double room_mm);
 
 }  // namespace kibori

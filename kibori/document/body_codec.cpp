@@ -171,7 +171,7 @@ Status read_material(const Json& json, uint8_t& material) {
   Fields fields{json};
   int number = 0;
   fields.get("material", number, 0, static_cast<int>(kMaxMaterials) - 1);
-  if (!fields.wrong.empty()) return Error{"what is done with bodies " + fields.wrong};
+  if (!fields.wrong.empty()) return Error{"an action on bodies " + fields.wrong};
   material = static_cast<uint8_t>(number);
   return Ok{};
 }

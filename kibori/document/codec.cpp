@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -29,7 +30,7 @@ Bytes compress(const Bytes& raw) {
   thread_local const std::unique_ptr<ZSTD_CCtx, size_t (*)(ZSTD_CCtx*)> context(ZSTD_createCCtx(),
                                                                                 ZSTD_freeCCtx);
   ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, kLevel);
-  // The reader detects a flipped bit by the checksum.
+  // With the checksum, the reader detects flipped bits.
   ZSTD_CCtx_setParameter(context.get(), ZSTD_c_checksumFlag, 1);
   const size_t size =
       ZSTD_compress2(context.get(), packed.data(), packed.size(), raw.data(), raw.size());
@@ -58,7 +59,7 @@ void put(Bytes& to, const T* values, size_t count) {
   if (count) std::memcpy(to.data() + at, values, count * sizeof(T));
 }
 
-// Reads from the front. Returns false if too few bytes are left.
+// Reads bytes from the front. take() returns false if too few are left.
 struct Reader {
   const Bytes& bytes;
   size_t at = 0;
@@ -73,11 +74,14 @@ struct Reader {
   bool done() const { return at == bytes.size(); }
 };
 
-// Flags of a tick. Versions before 0.2 neither wrote nor read kEnd. They treated each tick of a
-// reshaping stroke that edits nothing as its end. So they can still read this format.
-constexpr uint8_t kEdits = 1, kSecond = 2, kPut = 4, kEnd = 8, kComputes = 16;
+// Flags of a tick. Versions before 0.2 do not know kEnd. For them, a tick of a reshaping stroke
+// that edits nothing is the stroke's end. The end tick edits nothing, so they can still read this
+// format.
+constexpr uint8_t kEdits = 1, kSecond = 2, kPut = 4, kEnd = 8, kComputes = 16, kLine = 32,
+                  kPressure = 64;
 // Number of columns of a tick, and of a force.
 constexpr int kColumns = 12, kForceColumns = 6;
+constexpr double kMaxLine = std::numeric_limits<int>::max();
 template <class T>
 auto& column(T& row, int i) {
   if constexpr (std::is_same_v<std::remove_const_t<T>, Wrench>)
@@ -108,8 +112,7 @@ Json json_of(const StrokeForce& force) {
   const bool series = force.series();
   Json json{{"model", name_of(force.law.model)}};
   if (series) json.update(fields_to_json(force.spring));
-  // Writes them only if they differ from the default, so that the text of older strokes stays the
-  // same.
+  // Defaults are not written, so that the text of older strokes stays the same.
   if (!series || force.law.dof != 5) json["dof"] = force.law.dof;
   const double share = series ? force.spring.hand_share : force.law.hand_share;
   if (share != 1) json["hand_share"] = share;
@@ -192,8 +195,9 @@ Result<Tool> tool_of(const Json& json) {
   return std::move(tool);
 }
 
-// Columns of doubles. Each value is XORed with the previous one and stored as eight planes of
-// bytes, the lowest first. at(i, column): double& or double.
+// Writes columns of doubles. Each value is XORed with the previous one of its column. A column
+// stores the lowest bytes of all results first, then the next higher bytes, and so on. at(i,
+// column) returns double& or double.
 template <class At>
 void put_columns(Bytes& raw, size_t count, int columns, At&& at) {
   std::vector<uint64_t> bits(count);
@@ -208,7 +212,7 @@ void put_columns(Bytes& raw, size_t count, int columns, At&& at) {
   }
 }
 
-// Returns false if a value is not finite.
+// Reads such columns. Returns false if a value is not finite.
 template <class At>
 bool take_columns(Reader& reader, size_t count, int columns, At&& at) {
   Bytes plane(count);
@@ -229,16 +233,63 @@ bool take_columns(Reader& reader, size_t count, int columns, At&& at) {
   return true;
 }
 
+Bytes greys_of(const AlphaPicture& picture) { return {picture.greys.begin(), picture.greys.end()}; }
+
+// Bytes as text, two hexadecimal digits each.
+std::string hex_of(const Bytes& bytes) {
+  constexpr char kDigits[] = "0123456789abcdef";
+  std::string text;
+  text.reserve(2 * bytes.size());
+  for (const uint8_t byte : bytes) {
+    text += kDigits[byte >> 4];
+    text += kDigits[byte & 15];
+  }
+  return text;
+}
+std::optional<Bytes> bytes_of_hex(const std::string& text) {
+  if (text.size() % 2 != 0) return std::nullopt;
+  Bytes bytes(text.size() / 2);
+  for (size_t i = 0; i < bytes.size(); i++) {
+    const char* const pair = text.data() + 2 * i;
+    if (std::from_chars(pair, pair + 2, bytes[i], 16).ptr != pair + 2) return std::nullopt;
+  }
+  return bytes;
+}
+
 Json json_of(const Brush& brush, Mode mode) {
   Json json = fields_to_json(brush);
   if (mode == Mode::paint) json["color"] = brush.color;
   if (brush.flatten_to == FlattenTo::plane) json["plane"] = fields_to_json(brush.plane);
+  if (brush.pressure != PressureUse::none) json["pressure"] = name_of(brush.pressure);
+  if (brush.alpha == Alpha::picture) json["picture"] = hex_of(compress(greys_of(*brush.picture)));
   return json;
+}
+
+Status read_picture(const Json& json, Brush& brush) {
+  const Error none{"the brush's picture is missing or damaged"};
+  if (!json.is_string()) return none;
+  const std::optional<Bytes> packed = bytes_of_hex(json.get_ref<const std::string&>());
+  if (!packed) return none;
+  auto picture = std::make_shared<AlphaPicture>();
+  const Result<Bytes> greys = decompress(*packed, picture->greys.size());
+  if (!greys || greys.value().size() != picture->greys.size()) return none;
+  std::copy(greys.value().begin(), greys.value().end(), picture->greys.begin());
+  brush.picture = std::move(picture);
+  return Ok{};
 }
 
 Status read_brush(const Json& json, Brush& brush) {
   if (Status read = fields_from_json(json, "the brush", brush); !read) return read;
   read_color(json, "color", brush.color);
+  if (json.contains("pressure")) {
+    const Json& name = json["pressure"];
+    const auto use =
+        name.is_string() ? value_of<PressureUse>(name.get_ref<const std::string&>()) : std::nullopt;
+    if (!use) return Error{"the brush's pressure must be none, size, strength or both"};
+    brush.pressure = *use;
+  }
+  if (brush.alpha == Alpha::picture)
+    if (Status read = read_picture(json.value("picture", Json()), brush); !read) return read;
   if (brush.flatten_to != FlattenTo::plane) return Ok{};
   const Json plane = json.value("plane", Json());
   if (!plane.is_object()) return Error{"the brush has no plane to flatten to"};
@@ -259,7 +310,7 @@ Status read_materials(const Json& json, std::vector<Material>& materials) {
     if (!item.is_object()) return Error{"a material must be a JSON object"};
     Material& m = materials.emplace_back();
     if (Status read = fields_from_json(item, "a material", m); !read) return read;
-    // Documents from before densities were stored.
+    // Older documents do not have densities.
     if (const Material* known = known_material(m.name); known && !item.contains("density_kg_m3"))
       m.density_kg_m3 = known->density_kg_m3;
     if (const char* fault = fault_of(m)) return Error{fault};
@@ -317,6 +368,28 @@ Status read_second(const Json& json, StrokeSettings& s) {
   return Ok{};
 }
 
+Json json_of(const Index3& nodes) { return {nodes[0], nodes[1], nodes[2]}; }
+
+// Reads how far the lattice had grown before a stroke.
+Status read_growth(const Json& json, StrokeSettings& s) {
+  if (!json.is_object()) return Error{"a stroke's growth of the lattice must be a JSON object"};
+  Vec3 below = Vec3::Zero(), above = Vec3::Zero();
+  Fields fields{json};
+  fields.get("below", below);
+  fields.get("above", above);
+  for (int i = 0; i < 3; i++) {
+    const bool good = below[i] >= 0 && below[i] <= kMaxNodesPerAxis && above[i] >= 0 &&
+                      above[i] <= kMaxNodesPerAxis;
+    if (!good || std::fmod(below[i], kTileSide) != 0 || std::floor(above[i]) != above[i])
+      return Error{"a stroke's growth of the lattice must be whole numbers of nodes"};
+    s.grown_below[i] = static_cast<int>(below[i]);
+    s.grown_above[i] = static_cast<int>(above[i]);
+  }
+  return fields.wrong.empty()
+             ? Status(Ok{})
+             : Status(Error{"a stroke's growth of the lattice: it " + fields.wrong});
+}
+
 // True for a finite position with a rotation.
 bool is_pose(const Pose& pose) {
   return pose.tip.allFinite() && pose.frame.allFinite() &&
@@ -342,6 +415,10 @@ std::string settings_to_json(const StrokeSettings& s) {
   if (reshapes(s.mode)) json["brush"] = json_of(s.brush, s.mode);
   if (s.body != 1) json["body"] = s.body;
   if (!s.device.empty()) json["device"] = s.device;
+  if (!s.program.empty()) json["program"] = s.program;
+  if (s.grows) json["grows"] = true;
+  if ((s.grown_below != 0).any() || (s.grown_above != 0).any())
+    json["grown"] = {{"below", json_of(s.grown_below)}, {"above", json_of(s.grown_above)}};
   if (s.crumbs != Crumbs::stay) json["crumbs"] = name_of(s.crumbs);
   if (s.second)
     json["second"] = {{"tool", json_of(s.second->tool)},
@@ -386,6 +463,10 @@ Result<StrokeSettings> settings_from_json(const std::string& text) {
   if (!known) return Error{"there is no mode '" + sanitize_message(mode) + "'"};
   s.mode = *known;
   if (json.contains("device")) fields.get("device", s.device);
+  if (json.contains("program")) fields.get("program", s.program);
+  s.grows = json.value("grows", Json()) == Json(true);
+  if (json.contains("grown"))
+    if (const Status read = read_growth(json["grown"], s); !read) return Error{read.error()};
   fields.get("rate_hz", s.rate_hz);
   if (!(s.rate_hz > 0)) return Error{"a stroke's rate_hz is not positive"};
   if (const Json* force = fields.find("force"); force && force->is_object())
@@ -428,7 +509,7 @@ std::string lattice_to_json(const Lattice& lattice) {
 
 Result<Lattice> lattice_from_json(const std::string& text) {
   const Json json = parse_json(text);
-  const Error none{"the position of its rays is missing or invalid"};
+  const Error none{"its lattice (pitch, origin, size) is missing or invalid"};
   if (!json.is_object()) return none;
   Lattice lattice;
   Vec3 nodes = Vec3::Zero();
@@ -444,8 +525,8 @@ Result<Lattice> lattice_from_json(const std::string& text) {
 }
 
 std::string box_to_json(const LatticeBox& box) {
-  // JSON cannot represent the infinite corners of an empty box. A point replaces it, because
-  // material never is a point.
+  // JSON cannot represent the infinite corners of an empty box. So it is stored as a single point,
+  // which no material can have as its box.
   if (box.empty()) return Json{vec(Vec3::Zero()), vec(Vec3::Zero())}.dump();
   return Json{vec(box.units.min), vec(box.units.max)}.dump();
 }
@@ -479,6 +560,19 @@ namespace {
 struct TickRow {
   MoveTick move;
   uint8_t flags = 0;
+  double line = 0;
+};
+
+// Columns after the others: of lines if a flag has kLine, then of pressures if a flag has kPressure.
+struct MoreColumns {
+  bool lines = false, pressures = false;
+  explicit MoreColumns(const Bytes& flags) {
+    for (const uint8_t f : flags) {
+      lines |= (f & kLine) != 0;
+      pressures |= (f & kPressure) != 0;
+    }
+  }
+  int count() const { return int{lines} + int{pressures}; }
 };
 
 TickRow row_of(const RecordedTick& tick) {
@@ -495,12 +589,20 @@ TickRow row_of(const RecordedTick& tick) {
     row.flags = kEnd;
   }
   if (tick.second) row.flags |= kSecond;
+  if (tick.line > 0) row.flags |= kLine;
+  if (row.move.pressure != 1) row.flags |= kPressure;
+  row.line = tick.line;
   return row;
 }
 
 std::optional<RecordedTick> tick_of(TickRow row) {
   RecordedTick tick;
   tick.second = (row.flags & kSecond) != 0;
+  if (row.flags & kLine) {
+    if (!(row.line >= 1 && row.line <= kMaxLine && row.line == std::floor(row.line)))
+      return std::nullopt;
+    tick.line = static_cast<int>(row.line);
+  }
   if (row.flags & kPut) {
     PutTick put;
     put.pose.tip = row.move.tip;
@@ -513,6 +615,7 @@ std::optional<RecordedTick> tick_of(TickRow row) {
   } else {
     row.move.edits = (row.flags & kEdits) != 0;
     row.move.computes = (row.flags & kComputes) != 0;
+    if (!(row.move.pressure >= 0 && row.move.pressure <= 1)) return std::nullopt;
     tick.what = row.move;
   }
   return tick;
@@ -527,30 +630,47 @@ Bytes encode_ticks(const RecordedTick* ticks, size_t count) {
   Bytes raw;
   const auto number = static_cast<uint32_t>(count);
   put(raw, &number, 1);
-  for (const TickRow& row : rows) raw.push_back(row.flags);
+  Bytes flags;
+  for (const TickRow& row : rows) flags.push_back(row.flags);
+  raw.insert(raw.end(), flags.begin(), flags.end());
   put_columns(raw, count, kColumns, [&](size_t i, int c) { return column(rows[i].move, c); });
+  const MoreColumns more(flags);
+  if (more.lines) put_columns(raw, count, 1, [&](size_t i, int) { return rows[i].line; });
+  if (more.pressures)
+    put_columns(raw, count, 1, [&](size_t i, int) { return rows[i].move.pressure; });
   return compress(raw);
 }
 
 Result<std::vector<RecordedTick>> decode_ticks(const Bytes& bytes) {
-  const Result<Bytes> raw = decompress(bytes, 4 + kMaxTicks * (1 + 8 * kColumns));
+  const Result<Bytes> raw = decompress(bytes, 4 + kMaxTicks * (1 + 8 * (kColumns + 2)));
   if (!raw) return Error{"a stroke's ticks: the block " + raw.error()};
   Reader reader{raw.value()};
   uint32_t count = 0;
-  if (!reader.take(&count, 1) || raw.value().size() != 4 + size_t{count} * (1 + 8 * kColumns))
-    return Error{"a stroke's ticks: the block has the wrong length"};
+  const Error wrong_length{"a stroke's ticks: the block has the wrong length"};
+  if (!reader.take(&count, 1) || raw.value().size() < 4 + size_t{count} * (1 + 8 * kColumns))
+    return wrong_length;
   std::vector<TickRow> rows(count);
   Bytes flags(count);
   reader.take(flags.data(), count);
+  const MoreColumns more(flags);
+  if (raw.value().size() !=
+      4 + size_t{count} * (1 + 8 * (kColumns + static_cast<size_t>(more.count()))))
+    return wrong_length;
   for (size_t i = 0; i < count; i++) rows[i].flags = flags[i];
   if (!take_columns(reader, count, kColumns,
-                    [&](size_t i, int c) -> double& { return column(rows[i].move, c); }))
+                    [&](size_t i, int c) -> double& { return column(rows[i].move, c); }) ||
+      (more.lines &&
+       !take_columns(reader, count, 1, [&](size_t i, int) -> double& { return rows[i].line; })) ||
+      (more.pressures && !take_columns(reader, count, 1, [&](size_t i, int) -> double& {
+         return rows[i].move.pressure;
+       })))
     return Error{"a stroke's ticks contain a value that is not finite"};
   std::vector<RecordedTick> ticks;
   ticks.reserve(count);
   for (const TickRow& row : rows) {
     const std::optional<RecordedTick> tick = tick_of(row);
-    if (!tick) return Error{"a stroke's ticks contain an invalid pose of the tool"};
+    if (!tick)
+      return Error{"a stroke's ticks contain an invalid pose of the tool, line or pressure"};
     ticks.push_back(*tick);
   }
   return ticks;
@@ -603,7 +723,8 @@ Bytes encode_tile(const Tile& tile) {
   for (const Plane* p = tile.empty ? nullptr : &tile.first; p; p = p->next) planes++;
   put(raw, &planes, 1);
   for (const Plane* p = tile.empty ? nullptr : &tile.first; p; p = p->next) {
-    // The content of slots without a span has no meaning, so it is cleared.
+    // Slots without a span may contain anything. They are cleared, so that equal tiles have equal
+    // bytes.
     Plane clean = *p;
     for (int i = 0; i < kTileRays; i++)
       if (p->empty_at(i)) {
@@ -636,9 +757,9 @@ Status decode_tile(const Bytes& bytes, Field& field, int tu, int tv) {
   field.clear_tile(tu, tv);
   if (planes == 0) return Ok{};
   Tile& tile = field.writable(tu, tv);
-  const auto deepest = static_cast<float>(field.nodes_depth());
+  const auto deepest = static_cast<float>(field.depth_end());
   float last[kTileRays];
-  std::fill_n(last, kTileRays, 0.0f);
+  std::fill_n(last, kTileRays, static_cast<float>(field.depth_begin()));
   bool ended[kTileRays] = {};
   int material = -1;
   bool any = false;
@@ -668,11 +789,10 @@ Status decode_tile(const Bytes& bytes, Field& field, int tu, int tv) {
         ended[j] = true;
         continue;
       }
-      // Sorted, disjoint, inside the lattice, and on rays that exist.
+      // Spans must be sorted, disjoint, inside the lattice, and on rays that exist.
       good = good && !ended[j] && in >= last[j] && out <= deepest &&
              plane->material[j] < kMaxMaterials &&
-             tu * kTileSide + j % kTileSide < field.nodes_u() &&
-             tv * kTileSide + j / kTileSide < field.nodes_v();
+             field.has_ray(tu * kTileSide + j % kTileSide, tv * kTileSide + j / kTileSide);
       last[j] = out;
       plane->include(in, out);
       material =

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Converts the contents of a document to bytes and back: tiles, ticks of a stroke, settings.
-// Everything that is read is checked, because files are hostile until they are parsed.
+// Everything that is read is checked, because a file may be malicious.
 // docs/documents.md describes the formats. Internal: not installed. The studio sends tools to its
 // pages in the same form.
 #pragma once
@@ -44,8 +44,8 @@ constexpr Names<3> names_of(BlockTable) { return {"tick", "force", "given"}; }
 // Adds a row of such a table to the hash of a step's rows.
 void add_block(Hash& hash, int64_t sequence, int64_t count, const Bytes& data);
 
-// zstd over columns. The doubles of each coordinate are XORed with the value before, and stored
-// byte by byte of significance.
+// Columns, compressed by zstd. In a column, each double is XORed with the one before. Then come the
+// lowest bytes of all values, the next higher bytes, and so on.
 Bytes encode_ticks(const RecordedTick* ticks, size_t count);
 Result<std::vector<RecordedTick>> decode_ticks(const Bytes& bytes);
 
@@ -57,9 +57,9 @@ Result<std::vector<Wrench>> decode_forces(const Bytes& bytes);
 Bytes encode_pose(const Pose& pose);
 Result<Pose> decode_pose(const Bytes& bytes);
 
-// zstd over planes. Only the content of a tile is stored, not its memory layout.
+// The planes of a tile, compressed by zstd. Only the content is stored, not the memory layout.
 Bytes encode_tile(const Tile& tile);
-// Into an empty tile of a field.
+// Decodes into an empty tile of a field.
 Status decode_tile(const Bytes& bytes, Field& field, int tu, int tv);
 
 }  // namespace kibori

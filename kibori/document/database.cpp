@@ -57,7 +57,7 @@ Result<bool> Statement::row() {
       return false;
     }
   }
-  // The message may quote the file's content.
+  // The message may quote the content of the file, which is not trusted.
   const std::string message = sanitize_message(sqlite3_errmsg(db_));
   sqlite3_reset(statement_);
   failed_ = bound_ = 0;
@@ -91,9 +91,9 @@ void Database::Close::operator()(sqlite3* db) const { sqlite3_close_v2(db); }
 Result<Database> Database::open(const std::filesystem::path& path, Access access, const char* vfs) {
   Database database;
   database.name_ = sanitize_message(path.string());
-  // Readers open for writing too. A process that may only read cannot remove the files next to the
-  // database when it is the last to close it. If the file is not writable, SQLite opens it for
-  // reading.
+  // Readers also open the file for writing. Otherwise, if a reader is the last to close it, it
+  // could not remove the files that SQLite has created next to it. If the file is not writable,
+  // SQLite opens it for reading.
   const int flags = SQLITE_OPEN_READWRITE | (access == Access::create ? SQLITE_OPEN_CREATE : 0);
   // SQLite treats a name that begins with "file:" as a URI.
   std::error_code none;
@@ -104,9 +104,9 @@ Result<Database> Database::open(const std::filesystem::path& path, Access access
     if (access != Access::read) return database;
     if (const Status s = database.run("SELECT 1 FROM sqlite_master; PRAGMA query_only = 1"); s)
       return database;
-    // No file can be created next to the database: the folder is read-only, or the disk is full.
-    // Therefore, nobody writes there, and the database does not change. The caller reports other
-    // problems, and reads a log from a copy.
+    // The query fails if no file can be created next to the database: the folder is read-only, or
+    // the disk is full. Then no process writes there, and the database can be read as frozen. If
+    // there is a log, the caller reads a copy instead.
     const std::filesystem::path log = file.string() + "-wal";
     if (!database.disk_failed() ||
         (std::filesystem::exists(log, none) && std::filesystem::file_size(log, none) > 0))
@@ -130,7 +130,7 @@ bool Database::connect(const std::string& name, int flags, const char* vfs) {
   db_.reset(db);
   if (code != SQLITE_OK) return false;
   sqlite3_busy_timeout(db, 5000);
-  // Files are hostile until they are parsed.
+  // The file may be malicious.
   sqlite3_db_config(db, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
   sqlite3_db_config(db, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
   sqlite3_db_config(db, SQLITE_DBCONFIG_ENABLE_TRIGGER, 0, nullptr);

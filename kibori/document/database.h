@@ -75,8 +75,8 @@ class Statement {
 // A connection to a database file, or a database in memory. For one thread.
 class Database {
  public:
-  // `frozen`: for reading a file that does not change; its log is ignored, and nothing is made next
-  // to it.
+  // `frozen`: for reading a file that does not change. Its log is ignored, and SQLite creates no
+  // files next to it.
   enum class Access { create, write, read, frozen };
   // `vfs` names a registered SQLite file system, for tests. Errors name the file.
   static Result<Database> open(const std::filesystem::path& path, Access access,
@@ -91,14 +91,15 @@ class Database {
   Status run(const char* sql);
   Result<Statement> prepare(const char* sql);
   int64_t last_row() const;
-  // For a copy: the name in errors, and the folder that is removed with this connection.
+  // For a connection to a copy: errors name the original, and the copy's folder is removed with the
+  // connection.
   void stands_for(const std::string& name, std::shared_ptr<TemporaryFolder> folder) {
     name_ = name;
     copied_ = std::move(folder);
   }
-  // Reads bytes of the file as they are stored. Uses SQLite's descriptor, because closing another
-  // one of this process would drop SQLite's locks. Returns false if the file is shorter, or on
-  // failure.
+  // Reads bytes of the file as they are stored. It uses SQLite's descriptor: if this process opened
+  // the file again, closing that descriptor would drop SQLite's locks. Returns false if the file is
+  // shorter, or on failure.
   bool read_bytes(uint64_t at, void* bytes, size_t count);
   // Keeps the log file when this connection is the last to close it.
   void keep_log();

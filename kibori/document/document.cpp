@@ -15,8 +15,9 @@ namespace {
 // Maximum time that a flush spends on tiles, so that ticks never wait long.
 constexpr auto kTilesAtOnce = std::chrono::milliseconds(10);
 constexpr size_t kTicksABlock = 65536;
-// Number of states in memory, and the memory that the model may then use. The states that were not
-// visited for the longest time are dropped first. They are rebuilt from the file on request.
+// Limits of the number of states in memory, and of the memory that the model may use with them. The
+// state whose last visit is the longest ago is dropped first. If it is needed again, it is read
+// from the file.
 constexpr size_t kMinStates = 64, kMaxStates = 2048, kMaxStateBytes = size_t{256} << 20;
 
 }  // namespace
@@ -72,7 +73,7 @@ Status Document::name_version(const std::string& name, StepId step) {
 }
 
 Status Document::set_head(StepId step) {
-  // A reader moves its own head only.
+  // A reader moves only its own head, not that of the file.
   if (writes_)
     if (Status s = commit("moving in the history", [&] { return write_head(step); }); !s) return s;
   head_ = step;
@@ -81,7 +82,7 @@ Status Document::set_head(StepId step) {
 }
 
 void Document::remember(StepId step, const BodyList& state) {
-  // The state belongs to another model.
+  // Ignore the state of another model.
   const Snapshot& model = state.all.front().model;
   if (!states_.empty() && !states_.begin()->second.all.front().model.of_same_model(model)) return;
   states_[step] = state;
@@ -277,9 +278,9 @@ Status Document::begin(const StrokeSettings& settings, const Pose& start,
   // Data that cannot be read back is not written.
   const std::string json = settings_to_json(settings);
   if (const auto pose = decode_pose(encode_pose(start)); !pose)
-    return wrong("keeping a stroke: " + pose.error());
+    return wrong("the stroke cannot be stored: " + pose.error());
   if (const auto read = settings_from_json(json); !read)
-    return wrong("keeping a stroke: " + read.error());
+    return wrong("the stroke cannot be stored: " + read.error());
   Step begun;
   Status kept = commit("beginning a stroke", [&]() -> Status {
     Result<Statement> setting =
@@ -340,7 +341,7 @@ Status Document::write_ticks(int64_t& sequence) {
   if (open_sequence_ == 0) return Ok{};
   for (const WaitingForces* const forces : {&forces_, &given_}) {
     if (forces->all) continue;
-    // Some ticks have a force and others do not.
+    // If only some ticks have a force, the step stores none.
     const std::string sql = std::string("DELETE FROM ") + forces->table + " WHERE step = ?";
     Result<Statement> drop = storage_->database.prepare(sql.c_str());
     if (!drop) return Error{drop.error()};
@@ -441,7 +442,7 @@ Result<BodyChange> Document::act(const BodyAction& action, int threads) {
   if (!change) return change;
   const std::string json = action_to_json(action);
   Step step;
-  Status kept = commit("keeping what was done with bodies", [&]() -> Status {
+  Status kept = commit("storing an action on bodies", [&]() -> Status {
     Result<Statement> setting =
         storage_->database.prepare("INSERT OR IGNORE INTO setting (json) VALUES (?)");
     if (!setting) return Error{setting.error()};

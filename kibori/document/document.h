@@ -8,15 +8,15 @@
 //
 // Soon after a step ends, the document stores the tiles that the step changed. Therefore, a move
 // from one step to another only reads the differences. Some steps have no tiles, because their
-// process ended or an older Kibori made them. Their state is rebuilt from the nearest earlier step
-// with tiles: its strokes are carved again, with the same bytes as result. States that were visited
-// stay in memory and share what they have in common.
+// process was killed or an older Kibori made them. Their state is rebuilt from the nearest earlier
+// step with tiles: the strokes since then are carved again, which gives the same bytes. Visited
+// states stay in memory and share their common tiles.
 //
-// Every flush() writes new data to the file. If the process is killed, the file holds an exact
-// prefix. If the file is no longer writable (a full disk), the document continues in memory and
-// reports it. It can then be saved again or elsewhere. A document belongs to one thread. One
-// process writes a file. Any number may read it at the same time, in the state in which they opened
-// it.
+// Every flush() writes new data to the file. If the process is killed, the file has everything up
+// to the last flush. If the file is no longer writable (a full disk), the document continues in
+// memory and reports it. It can then be saved again or elsewhere. A document belongs to one thread.
+// One process writes a file. Any number may read it at the same time. Each sees the state at which
+// it opened the file.
 #pragma once
 
 #include <array>
@@ -79,34 +79,33 @@ class Document {
  public:
   enum class Access { write, read };
 
-  // Creates a new file; an existing file is an error. `stock` describes how to make the stock again
-  // (JSON). `source` is the content of the file it came from, if any. Errors: an invalid path, or
-  // another process writes the file.
+  // Creates a new file; an existing file is an error. `stock` describes as JSON how to make the
+  // stock again. `source` is the content of the stock's file, if it has one. Errors: an invalid
+  // path, or another process writes the file.
   static Result<std::unique_ptr<Document>> create(const std::filesystem::path& path,
                                                   const TriDexel& model, const std::string& stock,
                                                   const Bytes& source = {},
                                                   const char* vfs = nullptr);
-  // Errors: no document, a newer version, or damage that leaves nothing to read. Also a -wal file
-  // next to it that belongs to another document. For writing also: any damage of its rows (see
-  // damage()), or another process writes it. If a process ended during a stroke, the stroke is kept
-  // up to that point. A document that is open for reading changes no file.
+  // Errors: the file is not a document, is of a newer version, or is so damaged that nothing can be
+  // read; a -wal file of another document is next to it. For writing also: any damage of its rows
+  // (see damage()), or another process writes it. If a process was killed during a stroke, the
+  // stroke up to that point is kept. A document that is open for reading changes no file.
   static Result<std::unique_ptr<Document>> open(const std::filesystem::path& path, Access access,
                                                 const char* vfs = nullptr);
   ~Document();
 
   const std::string& name() const;
-  // The reason why the file holds only the beginning, and memory the rest. Empty if the file is
+  // The reason why the file has only the beginning, and memory has the rest. Empty if the file is
   // complete.
   const std::string& unsaved() const { return unsaved_; }
-  // A sentence about what may be missing: the writer did not close the document, and the log with
-  // its last steps is not next to it. Empty if nothing is missing.
+  // A sentence that the last steps may be missing: the writer did not close the document, and the
+  // log with its last steps is not next to it. Empty if nothing is missing.
   const std::string& missing() const { return missing_; }
   // A sentence about the first row of steps, bodies, settings or versions that is damaged. It was
   // missing, or not what was written, when the document was opened. Empty if there is none.
   std::string damage() const { return damage_.empty() ? std::string() : damage_.front(); }
-  // Ok if the rows of all steps on the path to `step` are what was written. load, load_at and
-  // load_bodies check it. If `step` is the head, this also checks that it is the head that was
-  // written.
+  // Ok if the rows of all steps on the path to `step` are undamaged. load, load_at and load_bodies
+  // call it. If `step` is the head, it also checks that the number of the head is undamaged.
   Status check_rows(StepId step) const;
   // Tries to write everything into the file again. Errors: the file is still not writable; nothing
   // has changed.
@@ -148,10 +147,9 @@ class Document {
   Result<std::unique_ptr<TriDexel>> load_at(StepId step) const;
   // All bodies at any step, with their models.
   Result<BodyList> load_bodies(StepId step) const;
-  // The model of the stock, even if its row is not what was written. For salvage.
+  // The model of the stock, even if its row is damaged. For salvage.
   Result<std::unique_ptr<TriDexel>> load_stock() const;
-  // The last step on the path to the head whose rows and data are what was written. Error: not even
-  // those of the stock are.
+  // The last undamaged step on the path to the head. Error: not even the stock is undamaged.
   Result<StepId> last_whole() const;
   // For a document that is open for reading: sets the head for this object only.
   Status view_step(StepId step);
@@ -165,9 +163,9 @@ class Document {
   Result<StepId> before_head() const;
   Result<StepId> after_head() const;
 
-  // For a model (from load(), or passed to create()) that another thread owns. Contains the state
-  // to restore there, and the box of its material. Call commit_checkout() after the restore. If the
-  // write fails, the call can be repeated.
+  // For a model (from load(), or passed to create()) that another thread owns. A Checkout has the
+  // state to restore there, and the box of its material. Call commit_checkout() after the restore.
+  // If the write fails, the call can be repeated.
   struct Checkout {
     StepId step = 0;
     BodyList bodies;
@@ -198,10 +196,11 @@ class Document {
   // checkout(head()). Errors: see apply(), or the write failed; nothing has changed.
   Result<BodyChange> act(const BodyAction& action, int threads = 1);
 
-  // Repeats an action on the path to the head with other data. It adds a new step next to the old
-  // one, and repeats the steps that followed after it. The old steps stay. The caller's model then
-  // needs checkout(head()). Errors: the step is not on the path, or is a stroke; errors of act(); a
-  // step that followed can no longer be done. An error leaves the head unchanged.
+  // Changes an earlier action on the path to the head. It adds the changed action as a new step
+  // next to the old one, and then repeats the later steps after it. The old steps stay. The
+  // caller's model then needs checkout(head()). Errors: the step is not on the path, or is a
+  // stroke; errors of act(); a later step is no longer possible. An error leaves the head
+  // unchanged.
   Status revise(StepId step, const BodyAction& action, int threads = 1);
 
   // A small picture of a step (PNG); empty if there is none.
@@ -234,8 +233,8 @@ class Document {
   // Removes the stroke. The caller must restore the model to the head's state (go, restore).
   Status cancel();
 
-  // Writes a compact copy into a new file, complete or not at all: a backup, or another place if
-  // this one fails. This document stays where it is. Errors: an invalid path, or an existing file.
+  // Writes a compact copy into a new file, complete or not at all. The document itself continues in
+  // its own file. Errors: an invalid path, or an existing file.
   Status save_copy(const std::filesystem::path& path) const;
 
   // The settings and the start of a stroke.
@@ -282,7 +281,7 @@ class Document {
   // Opens a private copy of the document and its logs. Errors: those of check_logs; no copy is
   // possible; a process writes the file and `may_be_held` is false.
   static Result<Database> open_copy(const std::filesystem::path& path, bool may_be_held);
-  // A sentence about pages that are missing at the end of the file; empty if none are.
+  // A sentence that pages are missing at the end of the file; empty if none are.
   static std::string missing_pages(const std::filesystem::path& path);
   // A value of the table `meta`; empty if there is none, or if it is not a document of Kibori.
   static std::string meta_of(Database& database, const char* key);
@@ -293,8 +292,8 @@ class Document {
   bool is_newer() const;  // than the formats that this version reads
   Status check_tables();
   Status read_tree();
-  // The first damage on the path to `step`; empty if there is none. row_fault: the same; for the
-  // head also damage() if the file's head is lost.
+  // The first damage on the path to `step`; empty if there is none. row_fault does the same; for
+  // the head, it also returns damage() if the number of the head is lost.
   std::string path_fault(StepId step) const;
   std::string row_fault(StepId step) const;
   // Adds a fault of a step (0: of no certain step) that was found when the document was opened.
@@ -308,14 +307,15 @@ class Document {
   Status seal(StepId step);
   Status seal_all();
   Status seal_versions();
-  // Calls wrong(step, sentence) for each row that is not what was written; step 0: no certain step.
+  // Calls wrong(step, sentence) for each damaged row; step 0: the row belongs to no certain step.
   Status check_seals(const std::function<void(StepId, const std::string&)>& wrong) const;
-  // The same when the document is opened: adds damage, and reads sealed_blocks_.
+  // The same when the document is opened: stores the damage, and reads sealed_blocks_.
   void look_at_seals();
-  // Within a transaction: writes which commit this is. Each commit of a session changes this row,
-  // so every log contains it and shows which file it belongs to.
+  // Within a transaction: writes the number of this commit into `meta`. So every log contains such
+  // a number, which shows to which file the log belongs.
   Status count_commit();
-  // While the file is written, a mark in it says that a log belongs to it.
+  // While a process writes the file, a mark in it says so. Without the log that must then be next
+  // to it, the last steps are missing.
   Status mark(bool writing);
   // For a document without damage: brings its tables up to date.
   Status prepare_writing();
@@ -365,7 +365,7 @@ class Document {
   // Reads only the tiles of this step.
   Result<BodyList> read_tiles_after(const BodyList& before, StepId step, TriDexel& work) const;
   Result<BodyList> put_bodies(const TileMap& tiles, const BodyList& start, StepId step,
-                              TriDexel& work) const;
+                              const LatticeBox& bounds, TriDexel& work) const;
   // The bodies of any step. `work` becomes the model of its active body.
   Result<BodyList> make_state(TriDexel& work, StepId step) const;
   // Ok if the state of a finished step matches its hash.
@@ -382,9 +382,11 @@ class Document {
   void list(StepId step, BodyList bodies);
   // Within a transaction.
   Status write_bodies(StepId step, const BodyList& bodies);
-  // Repeats a step after the head.
+  // Repeats an earlier step as a new step after the head.
   Status do_again(StepId step, int threads);
   Status carve_again(StepId step, const StrokeSettings& settings);
+  Status set_first_lattice(const StrokeSettings& settings, TriDexel& model) const;
+  LatticeBox bounds_at(StepId step) const;
   Status replay_ticks(StepId step, const StrokeSettings& recorded, TriDexel& model,
                       const NoGo* no_go, const std::optional<ForceLaw>& law,
                       const std::function<void(const ReplayedTick&)>& use) const;

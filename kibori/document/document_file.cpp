@@ -21,20 +21,20 @@ namespace {
 constexpr int kApplication = 0x4B49424F;  // "KIBO"
 // Format versions:
 //    2: forces and thumbnails
-//    3: tiles found by place
+//    3: an index of tiles by place
 //    4: symmetry
 //    5: seals
 //    6: strokes that reshape
 //    7: warps, creases, paint, clay, the wheel, symmetry about an axis
-//    8: what resists where a stroke begins, two fingers on the wheel
+//    8: start_resists of forces, two fingers on the wheel
 //    9: bodies
 //   10: two hands
 //   11: masks that follow their bodies
-//   12: what a hand was given
+//   12: forces that a device gave to the hand
 //   13: materials with k, m, density and log; thrust; the version of the force law
-// Files of 10 and 11 state version 9.
+// Files of versions 10 and 11 have the number 9.
 constexpr int64_t kVersion = 13;
-// Above this, SQLite assigns new numbers out of order.
+// Maximum number of a step. Near its own maximum, SQLite assigns new numbers in any order.
 constexpr StepId kMaxSteps = StepId{1} << 62;
 const char* const kSchema = R"(
 CREATE TABLE meta (key TEXT PRIMARY KEY, value) WITHOUT ROWID;
@@ -100,8 +100,8 @@ Status check_free(const std::filesystem::path& path) {
   return Ok{};
 }
 
-// Moves a file to its name after it is on the disk. Unlike a rename, a link fails if the name was
-// taken in the meantime. Some file systems have no links.
+// Moves a file to its name after it is on the disk. It uses a link, because a rename would replace
+// a file that was created there in the meantime. Some file systems have no links; there it renames.
 bool put_in_place(const std::filesystem::path& part, const std::filesystem::path& path) {
   std::error_code code;
   if (!sync_to_disk(part)) {
@@ -131,11 +131,13 @@ const std::string& Document::name() const { return storage_->database.name(); }
 Document::~Document() {
   if (unsaved_.empty()) keep_some_tiles(std::chrono::minutes(1));
   storage_->keeper.reset();
-  // A reader may be the last to close the file. What its writer left next to it stays there.
+  // A reader that is the last to close the file must not remove what a killed writer left next to
+  // it.
   std::error_code none;
   if (!writes_ && std::filesystem::file_size(storage_->log, none) > 0 && !none)
     storage_->database.keep_log();
-  // The file is complete and needs no log. But if it was not writable, the log's content is lost.
+  // Now the file is complete and needs no log, so the mark is removed. If the file was not
+  // writable, the mark stays.
   if (marked_ && unsaved_.empty()) static_cast<void>(mark(false));
 }
 
@@ -157,7 +159,7 @@ Status Document::commit(const char* doing, const std::function<Status()>& change
 
 Status Document::save_again() {
   if (unsaved_.empty()) return Ok{};
-  // Waiting data goes into memory first, so that the saved file is complete.
+  // Waiting data goes into the database in memory first, so that the saved file is complete.
   if (Status s = flush(); !s) return s;
   if (Status s = storage_->file.become(storage_->database); !s) return failed("saving", s.error());
   storage_->database = std::move(storage_->file);
@@ -233,6 +235,7 @@ Result<std::unique_ptr<Document>> Document::create(const std::filesystem::path& 
     std::unique_ptr<Document> document(new Document(storage_of(std::move(made).value())));
     document->writes_ = true;
     document->lattice_ = model.lattice();
+    document->lattice_.below = document->lattice_.above = Index3::Zero();
     const Snapshot now = model.snapshot();
     const Status filled = [&]() -> Status {
       const std::string first = "PRAGMA application_id=" + std::to_string(kApplication);
@@ -372,7 +375,7 @@ Status Document::begin_writing(const std::filesystem::path& path, const char* vf
   return Ok{};
 }
 
-// Checks that the file is a Kibori document, and its version.
+// Checks that the file is a document of Kibori in a version that this program reads.
 Status Document::check_kind() {
   const auto pragma = [&](const char* sql) -> Result<int64_t> {
     Result<Statement> read = storage_->database.prepare(sql);
@@ -399,8 +402,9 @@ Status Document::check_kind() {
 
 bool Document::is_newer() const { return version_ > kVersion; }
 
-// The tables must be the ones that Kibori creates, word for word. A table of the same name may be a
-// view, have computed columns, or belong to a program (virtual), and take over the machine.
+// The definitions of the tables must be Kibori's, word for word. Something with the name of a table
+// can be a view, have computed columns, or be a virtual table. SQLite would then run code that the
+// file chooses.
 Status Document::check_tables() {
   using Tables = std::set<std::tuple<std::string, std::string, std::string, std::string>>;
   constexpr size_t kMaxTables = 64;
@@ -466,10 +470,11 @@ Status read_lattice(Database& database, Lattice& lattice) {
                                  return Ok{};
                                });
   if (!done || placed) return done;
-  return Error{"the position of its rays is missing or invalid"};
+  return Error{"its lattice (pitch, origin, size) is missing or invalid"};
 }
 
-// The body of each stroke's settings. Errors in settings are reported when they are read.
+// Reads the body of each stroke's settings. Skips damaged settings, because Document::settings()
+// reports them.
 Status read_bodies_of_settings(Database& database, std::map<int64_t, BodyId>& body_of) {
   return for_rows(database, "SELECT id, json FROM setting", [&](Statement& s) -> Status {
     const Result<StrokeSettings> settings = settings_from_json(s.text(1));
@@ -530,7 +535,7 @@ Status read_steps(Database& database, std::map<StepId, Step>& steps, const OnFau
   return Ok{};
 }
 
-// The bodies after each step that changed them.
+// Reads the bodies after each step that changed them.
 Status read_lists(Database& database, const std::map<StepId, Step>& steps,
                   std::map<StepId, BodyList>& lists, const OnFault& fault) {
   return for_rows(database, "SELECT step, json FROM bodies", [&](Statement& s) -> Status {
@@ -555,7 +560,7 @@ void Document::add_damage(StepId step, const std::string& fault) {
 Status Document::read_tree() {
   Database& database = storage_->database;
   const OnFault fault = [this](StepId step, const std::string& what) { add_damage(step, what); };
-  // A table of which only a part can be read: the rest is damaged, and salvage uses the part.
+  // If only a part of a table can be read, the rest is damaged, and salvage uses the part.
   const auto read = [&](const char* table, const char* sql,
                         const std::function<Status(Statement&)>& f) {
     if (const Status done = for_rows(database, sql, f); !done)
@@ -605,7 +610,8 @@ Status Document::read_tree() {
   return Ok{};
 }
 
-// Finishes strokes whose process ended, up to that point. They are the newest steps.
+// Finishes strokes whose process was killed, with the ticks that were written. They are the newest
+// steps.
 Status Document::recover() {
   for (auto& entry : steps_) {
     const StepId id = entry.first;
@@ -674,7 +680,7 @@ Status Document::save_copy(const std::filesystem::path& path) const {
   const Result<std::filesystem::path> sibling = make_sibling(path);
   if (!sibling) return Error{sibling.error()};
   const std::filesystem::path& part = sibling.value();
-  // A reader is always in a transaction, in which it cannot write, not even to another file.
+  // A reader is always in a transaction, and SQLite cannot write another file during a transaction.
   auto& database = storage_->database;
   if (!writes_) static_cast<void>(database.run("COMMIT; PRAGMA query_only = 0"));
   const Status copied = [&]() -> Status {
@@ -685,7 +691,8 @@ Status Document::save_copy(const std::filesystem::path& path) const {
   }();
   if (!writes_) static_cast<void>(database.run("PRAGMA query_only = 1; BEGIN"));
   if (copied) {
-    // Readable while another process opens it for writing.
+    // In WAL mode, others can read the copy while a process writes it. The copy is complete, so it
+    // needs no mark, unless the log is missing.
     Result<Database> made = Database::open(part, Database::Access::write);
     if (made)
       static_cast<void>(made.value().run(

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 // Opens documents for reading without changing any file.
 //
-//   a process writes it       SQLite's own protocol: its log is in use
-//   it was closed             the same; SQLite removes what it makes when the reader closes
-//   its process ended         a private copy of the document and its log
+//   state of the document             how it is read
+//   a process writes it               by SQLite's protocol for readers, with its log
+//   its last writer closed it         the same; SQLite removes the files that it creates
+//   its last writer was killed        from a private copy of the document and its log
 //
-// SQLite would write a log that it finds into the document, even if it belongs to another one. So
-// each log is first compared with the document (see LogOwner), for readers and for writers.
+// SQLite copies any log that it finds next to a document into it, even the log of another document.
+// So readers and writers first check whether the log belongs to the document (see LogOwner).
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -25,7 +26,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The file with this ending next to a document. SQLite puts it next to the file that a link names.
+// The file with this ending next to a document. If the document is a link, it is next to the
+// target, as SQLite puts it.
 fs::path with_suffix(const fs::path& path, const char* ending) {
   std::error_code none;
   const fs::path real = fs::is_symlink(path, none) ? fs::canonical(path, none) : path;
@@ -38,7 +40,7 @@ bool has_content(const fs::path& path) {
   return !none && size > 0;
 }
 
-// Changes whenever a file is written or replaced.
+// The state of a file. A write or a replacement of the file changes it.
 struct Stamp {
   uint64_t file = 0;
   int64_t size = -1, time_s = 0, time_ns = 0;
@@ -67,12 +69,12 @@ Pages pages_of(const fs::path& path) {
   std::array<uint8_t, 100> header{};
   if (!file || !file.value().read_bytes(0, header.data(), header.size())) return {};
   if (std::memcmp(header.data(), "SQLite format 3", 16) != 0) return {};
-  if (std::memcmp(&header[24], &header[92], 4) != 0) return {};  // by a program before 2010
+  if (std::memcmp(&header[24], &header[92], 4) != 0) return {};  // by an SQLite before 2010
   const uint64_t size = uint64_t{header[16]} << 8 | header[17];
   return {big_endian(&header[28]), size == 1 ? 65536 : size};
 }
 
-// The bytes of a write-ahead log up to the end of its first commit
+// Number of bytes of a write-ahead log up to the end of its first commit
 // (https://www.sqlite.org/walformat.html); 0 if it has none. SQLite checks the content.
 uint64_t first_commit_end(const fs::path& log) {
   constexpr uint64_t kHeader = 32, kFrameHeader = 24;
@@ -105,12 +107,12 @@ struct Commit {
   std::string id() const { return session.empty() ? "-" : session + " " + std::to_string(number); }
 };
 
-// Whether a log belongs to a document. `alone` is the last commit in the document without the log,
-// `first` and `last` are the document's commits after the log's first and last. The log belongs to
-// the document if `alone` is the commit before `first`, or a commit of the log.
+// Decides if a log belongs to a document. `alone` is the last commit in the document's own file.
+// `first` and `last` are the first and the last commit in the log. The log belongs to the document
+// if `alone` is the commit before `first`, or one of the log's commits.
 enum class LogOwner { own, foreign, unknown };
 LogOwner owner_of_log(const Commit& alone, const Commit& first, const Commit& last) {
-  // The log was written by a program that does not number its commits.
+  // The log is of an older Kibori, which did not number its commits.
   if (first.text == alone.text || first.session.empty()) return LogOwner::unknown;
   if (!first.before.empty() && first.before == alone.id()) return LogOwner::own;
   const bool after_first = alone.session == first.session && alone.number >= first.number - 1;
@@ -120,7 +122,7 @@ LogOwner owner_of_log(const Commit& alone, const Commit& first, const Commit& la
   return own ? LogOwner::own : LogOwner::foreign;
 }
 
-// Copies the document itself.
+// Copies the document without its log.
 Status copy_document(const fs::path& from, const fs::path& to) {
   Result<Database> source = Database::open(from, Database::Access::frozen);
   if (!source) return Error{source.error()};
@@ -244,15 +246,16 @@ Result<Database> Document::open_copy(const fs::path& path, bool may_be_held) {
     fs::rename(all, log, code);
   }
   const Commit before(meta_of(alone.value(), "commit"));
-  // SQLite changes the copy at once if there is a journal.
+  // If there is a journal, SQLite changes the copy when it opens it. So the copy is checked before
+  // that.
   bool alone_complete = journaled && is_complete(alone.value());
   Result<Database> whole = Database::open(copy, Database::Access::read);
   if (!whole) return Error{name + ": cannot be opened"};
   whole.value().stands_for(name, copied.value().folder);
   if (logged) owner = owner_of_log(before, first, Commit(meta_of(whole.value(), "commit")));
   if (owner != LogOwner::own && !journaled) alone_complete = is_complete(alone.value());
-  // If the numbers of the commits do not decide it, the log belongs to the document if the document
-  // is complete with it.
+  // Without commit numbers to compare, the log belongs to the document if both together are a
+  // complete document. It also does if the document alone is not complete.
   if (owner == LogOwner::unknown)
     owner = !alone_complete || is_complete(whole.value()) ? LogOwner::own : LogOwner::foreign;
   else if (owner == LogOwner::foreign && !alone_complete && is_complete(whole.value()))
@@ -290,7 +293,7 @@ Result<std::unique_ptr<Document>> Document::attach_reader(const fs::path& path, 
   const bool left = was_left();
   Result<Database> database =
       left ? open_copy(path, false) : Database::open(path, Database::Access::read, vfs);
-  // The folder is read-only, and a process elsewhere writes the document.
+  // The folder is read-only for this process, but another process writes the document.
   if (!left && held && database && database.value().disk_failed()) database = open_copy(path, true);
   if (!database) return Error{database.error()};
   // A log may hold the missing pages.

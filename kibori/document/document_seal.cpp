@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Seals, which reveal that a row was changed or is missing. Each finished step has a seal: a hash
+// Seals, which show that a row was changed or is missing. Each finished step has a seal: a hash
 // over its row and its parent's seal, and hashes of its rows in `tick`, `force` and `given`. `meta`
-// holds the number of seals, a hash over all seals in order, a hash over the versions, and one of
-// the head. While a document is written, a mark in `meta` says so. Therefore, the loss of the log,
-// which holds the last steps, is detected.
+// has the number of seals, a hash over all seals in order, a hash over the versions, and one of the
+// head. While a process writes a document, a mark in `meta` says so. If the mark exists but the log
+// does not, the last steps may be missing.
 #include <kibori/base/file.h>
 #include <kibori/base/hash.h>
 #include <kibori/document/codec.h>
@@ -37,14 +37,14 @@ Result<uint64_t> seal_of_stock(Database& database) {
   return hash.value();
 }
 
-// The key in `meta` of the last commit that wrote the file. The value has the session and the
-// commit's number in it. The first commit of a session also has the previous commit. It shows which
-// file a log belongs to.
+// The key in `meta` for the last commit. The value has the writer's session and the number of the
+// commit in it. For the first commit of a session, it also has the previous commit. The commits
+// show to which file a log belongs.
 const char* const kCommit = "commit";
 
 const char* const kOtherVersions = "the named versions were changed";
 
-// Hash of the head's step number. It differs for each number, so that a changed number is detected.
+// Hash of the head's step number.
 std::string seal_of_head(const std::string& head) {
   Hash hash;
   add(hash, head);
@@ -90,8 +90,8 @@ std::string select_rows(bool has_bodies) {
          (has_bodies ? " LEFT JOIN bodies ON bodies.step = step.id" : "");
 }
 
-// The seal of the row that a statement of select_rows is at. `blocks`: the hashes of its blocks as
-// text; empty in seals from before they were included.
+// The seal of the current row of a statement of select_rows(). `blocks`: the hashes of the blocks
+// of that step as text; empty if an older version, which did not include them, wrote the seal.
 uint64_t seal_of_row(const Statement& row, const std::string& parent_seal,
                      const std::string& blocks) {
   Hash hash;
@@ -324,7 +324,7 @@ Status Document::mark(bool writing) {
 Status Document::look_for_log(bool there) {
   const Result<std::string> marked = meta(storage_->database, "writing");
   if (!marked) return wrong("is a damaged document (" + marked.error() + ")");
-  // The next writer removes the log.
+  // This must be reported before the next writer starts a new log.
   if (!there && !marked.value().empty())
     missing_ = name() +
                ": its last steps may be missing: the program that wrote it did not close it, and "

@@ -16,11 +16,11 @@ namespace {
 // Maximum number of steps whose tiles wait to be stored. If steps come faster, further ones get no
 // tiles.
 constexpr size_t kMaxWaiting = 256;
-// Maximum number of tile-changing steps between two states for which only the changed places are
-// read. Above it, all tiles are read.
+// If more steps with tiles than this are between two states, all tiles are read. Otherwise only
+// those at changed places.
 constexpr size_t kFarAway = 500;
 
-// Number of a body's field in the tile tables, and the reverse.
+// Converts a body and an axis to the field number of the tile tables, and back.
 int64_t field_of(BodyId body, Axis axis) {
   return 3 * (int64_t{body} - 1) + static_cast<int64_t>(axis);
 }
@@ -30,9 +30,13 @@ Axis axis_of(int64_t field) { return kAxes[static_cast<size_t>(field % 3)]; }
 void clear(TriDexel& model) {
   for (const Axis axis : kAxes) {
     Field& field = model.field(axis);
-    for (int tv = 0; tv < field.tiles_v(); tv++)
-      for (int tu = 0; tu < field.tiles_u(); tu++) field.clear_tile(tu, tv);
+    for (int tv = field.tv_begin(); tv < field.tv_end(); tv++)
+      for (int tu = field.tu_begin(); tu < field.tu_end(); tu++) field.clear_tile(tu, tv);
   }
+}
+
+const Tile* tile_of(const Snapshot* model, Axis axis, int tu, int tv) {
+  return model && model->field(axis).has_tile(tu, tv) ? &model->field(axis).tile(tu, tv) : nullptr;
 }
 
 Body with_model(Body body, const TriDexel& model) {
@@ -49,8 +53,8 @@ void Document::wait_for_tiles(StepId step, const BodyList& now) {
   LatticeBox bounds;
   for (const Body& body : now.all) bounds.include(body.material_bounds);
   material_bounds_.include(bounds);
-  // If a later step already stores tiles, this step stores none. The later tiles are differences to
-  // the last stored state before this step.
+  // If a later step already stores tiles, this step must not store any: the later tiles are the
+  // differences from the last stored state, which is before this step.
   if (!writes_ || is_checkpoint(step) || before_checkpoints_.count(step) ||
       tiles_.size() >= kMaxWaiting)
     return;
@@ -67,9 +71,8 @@ void Document::add_checkpoint(StepId step, const LatticeBox& bounds) {
     at = steps_.at(at).parent;
 }
 
-// Finds the tiles that differ from the last stored state before it. In memory, the changes are
-// known; otherwise that state is read from the file. A new or removed body is compared with no
-// material.
+// Finds the tiles of the job that differ from the last stored state before its step. Reads that
+// state from the file if it is not in memory. Compares a new or removed body with no material.
 Status Document::plan_tiles(TileJob& job) const {
   StepId at = steps_.at(job.step).parent;
   while (at != 0 && !is_checkpoint(at)) at = steps_.at(at).parent;
@@ -100,11 +103,12 @@ Status Document::plan_tiles(TileJob& job) const {
             });
         continue;
       }
-      const FieldSnapshot& shape = (is ? is : was)->field(axis);
-      for (int tv = 0; tv < shape.tiles_v(); tv++)
-        for (int tu = 0; tu < shape.tiles_u(); tu++)
-          consider(tu, tv, was ? &was->field(axis).tile(tu, tv) : nullptr,
-                   is ? &is->field(axis).tile(tu, tv) : nullptr);
+      const FieldSnapshot &one = (is ? is : was)->field(axis), &two = (was ? was : is)->field(axis);
+      for (int tv = std::min(one.tv_begin(), two.tv_begin());
+           tv < std::max(one.tv_end(), two.tv_end()); tv++)
+        for (int tu = std::min(one.tu_begin(), two.tu_begin());
+             tu < std::max(one.tu_end(), two.tu_end()); tu++)
+          consider(tu, tv, tile_of(was, axis, tu, tv), tile_of(is, axis, tu, tv));
     }
   };
   for (const Body& body : job.now.all) {
@@ -165,16 +169,16 @@ void Document::keep_some_tiles(std::chrono::milliseconds max_time) {
   while (!tiles_.empty() && std::chrono::steady_clock::now() < until) {
     TileJob& first = tiles_.front();
     Status kept = first.planned ? Status(Ok{}) : plan_tiles(first);
-    // If a transaction fails, its results are discarded.
+    // A copy, because the results of a failed transaction are discarded.
     TileJob job;
     if (kept)
-      kept = commit("keeping tiles", [&] {
+      kept = commit("storing tiles", [&] {
         job = first;
         return keep_tiles(job, until);
       });
     if (!kept) {
-      // A damaged file may have no place for the tiles. Without them, the step is replayed when the
-      // user goes to it.
+      // The file may be damaged where the tiles would go. Without its tiles, the step is replayed
+      // when the user goes to it.
       tiles_.pop_front();
     } else if (job.done) {
       add_checkpoint(job.step, job.bounds);
@@ -185,7 +189,7 @@ void Document::keep_some_tiles(std::chrono::milliseconds max_time) {
   }
 }
 
-// The newest tile of each place on the path to the step.
+// Returns the newest tile of each place on the path to the step.
 Result<Document::TileMap> Document::all_tiles(StepId step) const {
   TileMap tiles;
   Result<std::vector<StepId>> path = path_to(step);
@@ -217,27 +221,38 @@ Result<BodyList> Document::read_tiles_after(const BodyList& before, StepId step,
     return Ok{};
   });
   if (!read) return failed("reading tiles", read.error());
-  work.include_material(checkpoints_.at(step));
-  return put_bodies(tiles, before, step, work);
+  return put_bodies(tiles, before, step, checkpoints_.at(step), work);
 }
 
-// The bodies of a step: those of `start` in the memory of `work`, with the tiles put into them.
+// Returns a box of all material of a step and of earlier steps, if they have tiles.
+LatticeBox Document::bounds_at(StepId step) const {
+  LatticeBox bounds;
+  for (StepId at = step; at != 0; at = steps_.at(at).parent)
+    if (const auto checkpoint = checkpoints_.find(at); checkpoint != checkpoints_.end())
+      bounds.include(checkpoint->second);
+  return bounds;
+}
+
+// Returns the bodies of a step: those of `start` with these tiles. `work` allocates their memory.
+// `bounds`: a box of their material.
 Result<BodyList> Document::put_bodies(const TileMap& tiles, const BodyList& start, StepId step,
-                                      TriDexel& work) const {
+                                      const LatticeBox& bounds, TriDexel& work) const {
   BodyList bodies = bodies_at(step);
   for (Body& body : bodies.all) {
     if (const Body* const was = start.find(body.id))
       work.restore(was->model);
     else
       clear(work);
+    work.set_lattice(joined(work.lattice(), lattice_holding(lattice_, bounds)));
+    work.include_material(bounds);
     if (Status s = put_tiles(tiles, step, body.id, work); !s) return Error{s.error()};
     body = with_model(body, work);
   }
   return bodies;
 }
 
-// For each place that the steps in `path_from` changed: the newest tile on the path from the stock
-// to `step`.
+// Returns the newest tile on the path from the stock to `step`, for each place that the steps in
+// `path_from` changed.
 Result<Document::TileMap> Document::other_tiles(StepId step,
                                                 const std::vector<StepId>& path_from) const {
   TileMap tiles;
@@ -257,8 +272,8 @@ Result<Document::TileMap> Document::other_tiles(StepId step,
       "SELECT step, tile FROM checkpoint_tile WHERE field = ? AND u = ? AND v = ? AND step <= ? "
       "ORDER BY step DESC");
   if (!newest) return failed("reading tiles", newest.error());
-  // Steps of other branches are between those of this path. The path is followed only as far back
-  // as needed.
+  // The numbers of steps of other branches are between those of this path. So the path is followed
+  // step by step, as far back as needed.
   StepId known_to = step;
   std::unordered_set<StepId> path_steps = {step};
   const auto on_path = [&](StepId at) {
@@ -295,14 +310,14 @@ Result<BodyList> Document::go_by_tiles(TriDexel& work, StepId step) const {
     if (is_checkpoint(later)) path_steps.push_back(later);
     later = steps_.at(later).parent;
   }
-  work.include_material(checkpoints_.at(step));
   if (!start || path_steps.size() > kFarAway || version_ < 3) return read_tiles(step, work);
-  // One transaction; otherwise SQLite would lock the file for every tile.
+  // One transaction for all tiles. Otherwise SQLite would lock the file for each one.
   auto& database = storage_->database;
   if (writes_) static_cast<void>(database.run("BEGIN"));
   Result<BodyList> there_now = [&]() -> Result<BodyList> {
     const Result<TileMap> tiles = other_tiles(step, path_steps);
-    return tiles ? put_bodies(tiles.value(), *start, step, work) : Error{tiles.error()};
+    return tiles ? put_bodies(tiles.value(), *start, step, checkpoints_.at(step), work)
+                 : Error{tiles.error()};
   }();
   if (writes_) static_cast<void>(database.run("COMMIT"));
   return there_now;
@@ -311,17 +326,14 @@ Result<BodyList> Document::go_by_tiles(TriDexel& work, StepId step) const {
 Result<BodyList> Document::read_tiles(StepId step, TriDexel& work) const {
   Result<TileMap> tiles = all_tiles(step);
   if (!tiles) return Error{tiles.error()};
-  for (StepId at = step; at != 0; at = steps_.at(at).parent)
-    if (const auto checkpoint = checkpoints_.find(at); checkpoint != checkpoints_.end())
-      work.include_material(checkpoint->second);
-  return put_bodies(tiles.value(), BodyList(), step, work);
+  return put_bodies(tiles.value(), BodyList(), step, bounds_at(step), work);
 }
 
 Status Document::put_tiles(const TileMap& tiles, StepId step, BodyId body, TriDexel& model) const {
   Result<Statement> read = storage_->database.prepare("SELECT hash, data FROM tile WHERE id = ?");
   if (!read) return failed("reading tiles", read.error());
   const BodyId next_body = bodies_at(step).next;
-  // Maps field and tile to the first place with it.
+  // Maps a field and a tile to the first place with that tile.
   std::map<std::pair<int64_t, int64_t>, std::pair<int, int>> first;
   for (const auto& [place, tile] : tiles) {
     const auto& [number, u, v] = place;
@@ -329,9 +341,13 @@ Status Document::put_tiles(const TileMap& tiles, StepId step, BodyId body, TriDe
       return wrong("is a damaged document: there is no field " + std::to_string(number));
     if (body_of(number) != body) continue;
     Field& field = model.field(axis_of(number));
-    if (u < 0 || v < 0 || u >= field.tiles_u() || v >= field.tiles_v())
+    const bool near = std::abs(u) < kMaxNodesPerAxis && std::abs(v) < kMaxNodesPerAxis;
+    const int tu = near ? static_cast<int>(u) : 0, tv = near ? static_cast<int>(v) : 0;
+    if (!near || !field.has_tile(tu, tv)) {
+      // A step of another branch had grown the lattice there.
+      if (near && tile == 0) continue;
       return wrong("is a damaged document: a tile is outside its lattice");
-    const int tu = static_cast<int>(u), tv = static_cast<int>(v);
+    }
     if (tile == 0) {
       field.clear_tile(tu, tv);
       continue;
@@ -359,7 +375,7 @@ Status Document::put_tiles(const TileMap& tiles, StepId step, BodyId body, TriDe
 
 Status Document::check_state(StepId step, const BodyList& now) const {
   const Step& written = steps_.at(step);
-  // A stroke whose process ended has no hash yet.
+  // An unfinished stroke of a killed process has no hash.
   if ((!written.finished && written.hash == 0) || now.content_hash() == written.hash) return Ok{};
   return wrong("is a damaged document: step " + std::to_string(step) +
                " was changed since it was written");
@@ -373,8 +389,8 @@ Result<StepId> Document::last_whole() const {
     TriDexel work(lattice_);
     return path_fault(path_steps[i]).empty() && make_state(work, path_steps[i]).ok();
   };
-  // A damaged tile affects all later steps until a cut replaces it. The search steps back by
-  // growing distances, then bisects.
+  // A damaged tile affects all later steps until a cut replaces it. The search goes back by growing
+  // distances until a step is undamaged. Then it bisects.
   size_t good = 0, bad = path_steps.size();
   for (size_t back = 1;; back *= 2) {
     const size_t at = back < path_steps.size() ? path_steps.size() - back : 0;
@@ -401,7 +417,7 @@ Status Document::view_step(StepId step) {
   return Ok{};
 }
 
-// Starts from the nearest tiles before it and replays the steps since.
+// Starts from the nearest earlier step with tiles, and replays the steps since then.
 Result<BodyList> Document::make_state(TriDexel& work, StepId step) const {
   Result<std::vector<StepId>> path = path_to(step);
   if (!path) return Error{path.error()};
@@ -578,6 +594,19 @@ Status Document::replay(StepId step, Workbench& bench, const std::optional<Force
   return Ok{};
 }
 
+// Gives the model the lattice that it had when the stroke began. A model with another pitch keeps
+// its own.
+Status Document::set_first_lattice(const StrokeSettings& s, TriDexel& model) const {
+  Lattice first = model.lattice();
+  if ((first.nodes != lattice_.nodes).any() || first.pitch_mm != lattice_.pitch_mm) return Ok{};
+  first.below = s.grown_below;
+  first.above = s.grown_above;
+  if ((first.high() - first.low() > kMaxNodesPerAxis).any())
+    return Error{"its lattice is too large"};
+  model.set_lattice(joined(first, fitted_lattice(model.snapshot())));
+  return Ok{};
+}
+
 Status Document::replay_ticks(StepId step, const StrokeSettings& recorded, TriDexel& model,
                               const NoGo* no_go, const std::optional<ForceLaw>& law,
                               const std::function<void(const ReplayedTick&)>& use) const {
@@ -586,6 +615,8 @@ Status Document::replay_ticks(StepId step, const StrokeSettings& recorded, TriDe
   StrokeSettings s = recorded;
   if (law) s.force.law = *law;
   if (law && s.second) s.second->force.law = *law;
+  if (Status set = set_first_lattice(s, model); !set)
+    return wrong("is a damaged document: step " + std::to_string(step) + ": " + set.error());
   StrokePlayer player(model, begin.value(), s.force.spring);
   if (s.second) player.add_second({}, s.second->force.spring);
   player.set_no_go(no_go);
@@ -598,8 +629,9 @@ Status Document::replay_ticks(StepId step, const StrokeSettings& recorded, TriDe
   out.step = step;
   const int64_t all = steps_.at(step).ticks;
   int64_t count = 0, of_first = 0;
-  // Kibori 0.1 recorded reshaping strokes of scenes with force model `series` as strokes that edit
-  // nothing. Their first tick shows it: all other strokes edit from the first tick on.
+  // Kibori 0.1 had a fault: it recorded reshaping strokes of scenes with force model `series` as if
+  // they edited nothing. The first tick of such a stroke shows this, because all other strokes edit
+  // from the first tick on.
   bool lost_edits = false;
   Status replayed = for_ticks(step, [&](const std::vector<RecordedTick>& ticks) -> Status {
     for (RecordedTick tick : ticks) {
@@ -689,7 +721,7 @@ Status verify_ticks(const Document& document, const Step& step, Workbench& bench
   return made;
 }
 
-// True if the result of a step depends on volumes, and an older version measured them.
+// True if the result of a step depends on volumes that an older version of Kibori measured.
 bool by_older_volumes(const Document& document, StepId step) {
   const Result<StrokeSettings> stroke = document.settings(step);
   return stroke && reshapes(stroke.value().mode) &&
@@ -719,8 +751,8 @@ Status Document::verify(const std::function<void(const std::string&)>& wrong_at,
   for (const auto& [id, step] : steps_) children[step.parent]++;
   TriDexel model(lattice_);
   Workbench bench(model);
-  // The states that the stored tiles give. Each is made from the state of the nearest earlier step
-  // with tiles. `later` counts the steps that still need a state.
+  // Computes the states that the stored tiles give. Each is made from the state of the nearest
+  // earlier step with tiles. `later` counts the steps that still need a state.
   TriDexel work(lattice_);
   std::map<StepId, StepId> base;  // 0: the stock
   std::map<StepId, int> later;

@@ -24,8 +24,7 @@ std::filesystem::path lock_of(const std::filesystem::path& path) {
 
 bool FileLock::held(const std::filesystem::path& path) {
   const int file = ::open(lock_of(path).c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
-  // Only a user who may write the document can lock it, and the lock is as readable as the
-  // document.
+  // If the lock's file exists but this user may not read it, another user's process holds it.
   if (file < 0) return errno == EACCES;
   const bool held = ::flock(file, LOCK_SH | LOCK_NB) != 0;
   ::close(file);
@@ -37,7 +36,7 @@ Result<FileLock> FileLock::take(const std::filesystem::path& path) {
   const std::string name = sanitize_message(path.string());
   FileLock lock;
   lock.path_ = lock_of(path);
-  // held() holds the lock for an instant.
+  // held() of another process may hold the lock for an instant. So the attempt is repeated.
   int refused = 0;
   // Retries if the previous holder has removed the file in the meantime.
   for (int i = 0; i < 100; i++) {

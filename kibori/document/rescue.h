@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Saves a document that is not writable in its place, and removes documents.
+// Saves a document elsewhere if its file is not writable, and removes documents.
 #pragma once
 
 #include <filesystem>
@@ -9,9 +9,9 @@
 
 namespace kibori {
 
-// Saves what could not be written during the session. It tries the document's own file first. Then
-// it tries the temporary folder, the home folder, the current folder, and /var/tmp. Returns a
-// sentence with the new location; empty if the own file is complete.
+// If some of a session could not be written, saves the whole document. It tries the document's own
+// file first. Then it tries the temporary folder, the home folder, the current folder, and
+// /var/tmp. Returns a sentence with the new location; empty if the document's own file is complete.
 std::string settle(Document& document);
 
 // Removes the file of a closed document, and the files that SQLite may have left next to it.

@@ -10,8 +10,8 @@
 
 namespace kibori {
 
-// Members are destroyed from the last to the first, so the lock is released after the files are
-// closed.
+// Members are destroyed from the last to the first. So the lock, which is the first, is released
+// after the files are closed.
 struct DocumentStorage {
   FileLock lock;
   // The file, or a copy in memory while the file is not writable.

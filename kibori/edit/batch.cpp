@@ -12,7 +12,8 @@
 namespace kibori {
 namespace {
 
-// Number of layers of earlier cuts that a thread keeps. Rays of one tile use the same few cuts.
+// Number of layers of earlier cuts that a thread caches. Few are enough, because all rays of a tile
+// use the same few cuts.
 constexpr size_t kKeptLayers = 16;
 
 }  // namespace
@@ -23,24 +24,28 @@ struct BatchCuts {
   std::vector<Box> bounds;
   uint64_t number = 0;  // unique for each batch
   // The cuts that touch each tile of the z field, in order.
-  int z_tiles_u = 0;
+  const FieldSnapshot* z = nullptr;
   std::vector<std::span<const uint32_t>> of_z_tile;
+
+  size_t z_tile(int tu, int tv) const {
+    return static_cast<size_t>((tv - z->tv_begin()) * (z->tu_end() - z->tu_begin()) + tu -
+                               z->tu_begin());
+  }
 };
 
-// The cuts before cut `count` of a batch.
+// The first `count` cuts of a batch, which precede the current one.
 class EarlierCuts {
  public:
   EarlierCuts(const BatchCuts& batch, uint32_t count) : batch_(&batch), count_(count) {}
 
   bool removed(const Index3& node) const {
-    const auto tile =
-        static_cast<size_t>(node[1] / kTileSide * batch_->z_tiles_u + node[0] / kTileSide);
+    const size_t tile = batch_->z_tile(tile_of_node(node[0]), tile_of_node(node[1]));
     for (const uint32_t i : batch_->of_z_tile[tile]) {
       if (i >= count_) break;
       const Box& box = batch_->bounds[i];
       if (!batch_->cuts[i].writes) continue;
       bool inside = true;
-      // A cell of slack, so that the intervals alone decide.
+      // The box is enlarged by a cell, so that its rounding error never excludes a node.
       for (int k = 0; k < 3; k++) inside &= box.min[k] - 1 <= node[k] && node[k] <= box.max[k] + 1;
       if (inside && removed_by(i, node)) return true;
     }
@@ -75,9 +80,10 @@ class EarlierCuts {
     return place;
   }
 
-  // The comparisons are those of FieldSnapshot::holds with kTie, on the spans that the cut leaves.
+  // True if FieldSnapshot::holds with the margin kTie would be false after the cut. So the cut's
+  // spans are extended by kTie.
   bool removed_by(size_t cut, const Index3& node) const {
-    const RayTile rays{Axis::z, node[0] / kTileSide * kTileSide, node[1] / kTileSide * kTileSide};
+    const RayTile rays{Axis::z, node[0] - place_in_tile(node[0]), node[1] - place_in_tile(node[1])};
     const int row = node[1] - rays.v0, slot = row * kTileSide + node[0] - rays.u0;
     const float depth = static_cast<float>(node[2]) + 0.5f;
     for (int layer = 0;; layer++) {
@@ -108,7 +114,7 @@ void CutSums::add(const CutSums& other) {
 
 namespace {
 
-// The part that a cut removed from one tile.
+// Sums over what a cut removed from one tile.
 struct TileSums {
   uint32_t cut;
   CutSums sums;
@@ -142,11 +148,10 @@ class Batch {
     for (const Axis axis : kAxes)
       if (options.fields == BatchFields::all || axis == Axis::z) bin(axis);
     const Field& z = model.field(Axis::z);
-    all_.z_tiles_u = z.tiles_u();
-    all_.of_z_tile.resize(static_cast<size_t>(z.tiles_u() * z.tiles_v()));
+    all_.z = &z.view();
+    all_.of_z_tile.resize(all_.z_tile(z.tu_end() - 1, z.tv_end() - 1) + 1);
     for (const TileTask& task : tasks_)
-      if (task.axis == Axis::z)
-        all_.of_z_tile[static_cast<size_t>(task.tv * z.tiles_u() + task.tu)] = task.cuts;
+      if (task.axis == Axis::z) all_.of_z_tile[all_.z_tile(task.tu, task.tv)] = task.cuts;
   }
 
   std::vector<CutSums> run() {
@@ -156,7 +161,7 @@ class Batch {
       for (TileTask& task : tasks_)
         edit(task, model_.field(task.axis), model_.field(task.axis).view());
     model_.touch();
-    // Tasks are in the order of fields and tiles.
+    // Tasks are in the order of fields and tiles, so the order of additions is fixed.
     std::vector<CutSums> sums(cuts_.size());
     for (const TileTask& task : tasks_)
       for (const TileSums& part : task.sums) sums[part.cut].add(part.sums);
@@ -167,36 +172,39 @@ class Batch {
   // Sorts the cuts into the tiles that they touch.
   void bin(Axis axis) {
     const Field& field = model_.field(axis);
-    const int tiles_u = field.tiles_u(), u = u_index(axis), v = v_index(axis);
+    const int tiles_u = field.tu_end() - field.tu_begin();
+    const auto number = [&](int tu, int tv) {
+      return static_cast<size_t>((tv - field.tv_begin()) * tiles_u + tu - field.tu_begin());
+    };
     const auto each_tile = [&](auto&& f) {
       for (size_t i = 0; i < cuts_.size(); i++) {
-        const TileRange tus = tiles_along(all_.bounds[i], u, field.nodes_u()),
-                        tvs = tiles_along(all_.bounds[i], v, field.nodes_v());
+        const TileRange tus = tiles_along_u(all_.bounds[i], field.view()),
+                        tvs = tiles_along_v(all_.bounds[i], field.view());
         for (int tv = tvs.begin; tv < tvs.end; tv++)
-          for (int tu = tus.begin; tu < tus.end; tu++)
-            f(static_cast<uint32_t>(i), static_cast<size_t>(tv * tiles_u + tu));
+          for (int tu = tus.begin; tu < tus.end; tu++) f(static_cast<uint32_t>(i), number(tu, tv));
       }
     };
-    // First the number of cuts per tile, then their places, then the indices of the cuts.
-    std::vector<size_t> end(static_cast<size_t>(tiles_u * field.tiles_v()), 0);
+    // A counting sort: the number of cuts per tile, then the place of each tile's list, then the
+    // indices of the cuts.
+    std::vector<size_t> end(number(field.tu_end() - 1, field.tv_end() - 1) + 1, 0);
     each_tile([&](uint32_t, size_t tile) { end[tile]++; });
     size_t all = 0;
     for (size_t& count : end) all += std::exchange(count, all);
     std::vector<uint32_t>& numbers = numbers_[static_cast<size_t>(axis)];
     numbers.resize(all);
     each_tile([&](uint32_t cut, size_t tile) { numbers[end[tile]++] = cut; });
-    for (int tv = 0; tv < field.tiles_v(); tv++)
-      for (int tu = 0; tu < tiles_u; tu++) {
-        const auto tile = static_cast<size_t>(tv * tiles_u + tu);
+    for (int tv = field.tv_begin(); tv < field.tv_end(); tv++)
+      for (int tu = field.tu_begin(); tu < field.tu_end(); tu++) {
+        const size_t tile = number(tu, tv);
         const size_t begin = tile == 0 ? 0 : end[tile - 1];
         if (begin == end[tile]) continue;
         tasks_.push_back({axis, tu, tv, std::span(numbers).subspan(begin, end[tile] - begin), {}});
       }
   }
 
-  // A second writer of each field takes its memory under a lock, so any number of threads may use
-  // it. Its tiles are made writable before the threads start. Meanwhile the model shows the state
-  // before the batch.
+  // Edits a copy of each field. A copy locks its pools when it takes memory, so any number of
+  // threads may write to it. Its tiles are made writable before the threads start. Until all
+  // threads are done, the model itself keeps its state from before the batch.
   void run_on_threads() {
     std::vector<Field> writers;
     for (const Axis axis : kAxes) writers.emplace_back(model_.field(axis).snapshot());
@@ -258,7 +266,7 @@ class Batch {
   int threads_;
   BatchCuts all_;
   std::vector<Motion> motions_;
-  std::array<std::vector<uint32_t>, 3> numbers_;  // sums of the cuts, tile by tile
+  std::array<std::vector<uint32_t>, 3> numbers_;  // indices of the cuts, tile by tile; by axis
   std::vector<TileTask> tasks_;
 };
 

@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: MIT
-// Many cuts at once, on all cores. Each cut is a solid, for example one straight motion of a tool.
+// Applies many cuts at once, on several threads. Each cut is a solid, for example one straight
+// motion of a tool.
 //
 //   one by one:  for each cut: for each tile it touches       a tile is loaded for every cut
-//   batch:       for each tile: for each cut that touches it  tiles share nothing: one thread each
+//   batch:       for each tile: for each cut that touches it  tiles share no data: run in parallel
 //
-// Within a tile the cuts keep their order, so the model is the same as one by one. Sums of a cut
-// are made tile by tile and added in the order of fields and tiles. So they depend neither on the
-// number of threads nor on how cuts are divided into batches.
+// Within a tile the cuts keep their order, so the model is the same as one by one. The sums of a
+// cut are computed for each tile, and added in the order of fields and tiles. So the sums depend
+// neither on the number of threads nor on how cuts are divided into batches.
 //
-// If an end is on a node, the sums of the x and y fields read the z field. One by one, that is the
-// z field before their own cut. In a batch, it is the z field before the whole batch, so the
-// earlier cuts are checked too (removed_earlier).
+// If an end of the x or y field is tied to a node (dexel/volume.h), the z field decides whether the
+// node counts. It must be the z field just before this cut. But a batch reads the z field from
+// before the whole batch. So a node also counts as removed if an earlier cut of the batch removes
+// it (removed_earlier).
 #pragma once
 
 #include <array>
@@ -28,15 +30,15 @@ struct BatchCut {
   const Solid* solid = nullptr;
   // Point about which moments are computed [lattice units].
   LatticePoint reference;
-  // Direction of the motion, used only for the sums of chips. Zero: none.
+  // Displacement of the tool, used only for ChipSums::front. Zero: none.
   LatticeVector shift;
-  bool writes = true;  // false: computes what a cut would remove at this place of the order
+  bool writes = true;  // false: computes what it would remove after the earlier cuts
   bool chip = false;   // also computes second moments
 };
 
 // Result of one cut, over all materials, in lattice units (dexel/volume.h).
 struct CutSums {
-  int64_t points = 0;  // lattice nodes
+  int64_t points = 0;  // removed lattice nodes
   double volume = 0;
   Vec3 moment = Vec3::Zero();      // first moment about BatchCut::reference
   std::array<double, 6> second{};  // second moments: xx, yy, zz, xy, xz, yz
@@ -44,8 +46,8 @@ struct CutSums {
   void add(const CutSums& other);
 };
 
-// Fields that a batch edits. If only the z field is edited, the model has no surface, and sums
-// count only the z field's share.
+// Fields that a batch edits. With z_only, the x and y fields stay unchanged, so no surface can be
+// computed afterwards. The sums are then only the z field's share.
 enum class BatchFields { all, z_only };
 
 struct BatchOptions {
@@ -54,8 +56,8 @@ struct BatchOptions {
 };
 
 // Applies the cuts in order and returns their sums, in the same order. The solids must stay valid
-// during the call. Needs a model that no other thread writes. Memory: the touched tiles twice, if
-// threads > 1.
+// during the call. No other thread may write the model during the call. With threads > 1, it needs
+// memory for a second copy of the touched tiles.
 std::vector<CutSums> cut_batch(TriDexel& model, std::span<const BatchCut> cuts,
                                const BatchOptions& options);
 

@@ -26,16 +26,17 @@ class FieldEditor {
  private:
   FieldEditor(const FieldEdit& edit, const Box& bounds, Removed& removed)
       : view_(edit.view),
-        tus_(tiles_along(bounds, u_index(view_.axis()), view_.nodes_u())),
-        tvs_(tiles_along(bounds, v_index(view_.axis()), view_.nodes_v())),
+        tus_(tiles_along_u(bounds, view_)),
+        tvs_(tiles_along_v(bounds, view_)),
         job_(tile_request(edit, bounds), removed) {
     const bool growing =
         edit.operation == Operation::deposit || edit.operation == Operation::deposit_contact;
     job_.spans.flip = !growing;
-    const int u = u_index(view_.axis()), v = v_index(view_.axis());
+    const int u = u_index(view_.axis()), v = v_index(view_.axis()), d = depth_index(view_.axis());
     if (growing && !bounds.empty() &&
-        ((bounds.min.array() < 0).any() || bounds.max[u] > view_.nodes_u() ||
-         bounds.max[v] > view_.nodes_v()))
+        (bounds.min[u] < view_.u_begin() || bounds.min[v] < view_.v_begin() ||
+         bounds.min[d] < view_.depth_begin() || bounds.max[u] > view_.u_end() ||
+         bounds.max[v] > view_.v_end()))
       removed.clipped = true;
   }
 
@@ -58,18 +59,16 @@ void edit_field(const FieldEdit& edit, const TileDone* tile_done, Removed& remov
 // Number of a field's tiles in the solid's bounds.
 int64_t tiles_touched(const FieldSnapshot& view, const Box& bounds) {
   if (bounds.empty()) return 0;
-  const int u = u_index(view.axis()), v = v_index(view.axis());
-  const TileRange tus = tiles_along(bounds, u, view.nodes_u());
-  const TileRange tvs = tiles_along(bounds, v, view.nodes_v());
+  const TileRange tus = tiles_along_u(bounds, view), tvs = tiles_along_v(bounds, view);
   return int64_t{tus.end - tus.begin} * (tvs.end - tvs.begin);
 }
 
-// Waking threads takes as long as about kFewTiles tiles. A tile of a turning tool counts as
-// kTurningTile tiles, because its sums are scalar.
+// Waking threads takes as long as an edit of about kFewTiles tiles. A tile of a turning tool counts
+// as kTurningTile tiles, because its sums are scalar.
 constexpr int64_t kFewTiles = 300, kTurningTile = 8;
 
-// Runs the edit on all three fields, on up to `threads` threads. x and y share nothing. They read
-// the z field, so the z field is written last.
+// Runs the edit on all three fields, on up to `threads` threads. The x and y fields share no data.
+// Both edits read the z field, so it is written last.
 template <class MakeEdit>
 void edit_fields(int threads, const TileDone* tile_done, Removed& removed, MakeEdit&& make_edit) {
   if (threads > 1) {

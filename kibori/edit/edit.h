@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Edits: one interval operation between a solid and the model, over the touched tiles of all three
-// fields.
+// Edits of a model by a solid. An edit applies one interval operation to the rays of all three
+// fields, in the tiles that the solid touches.
 //
 //   cut        model minus solid
 //   deposit    model plus solid; the added part gets a given material, existing parts keep theirs
@@ -9,7 +9,7 @@
 //   paint      colours the surface inside the solid
 //   contact    computes what a cut would remove; writes nothing
 //
-// On the servo thread they do not allocate, lock or cause page faults, if TriDexel::reserve has
+// On the servo thread, edits do not allocate, lock or cause page faults, if TriDexel::reserve has
 // filled the pools before.
 #pragma once
 
@@ -27,23 +27,23 @@ namespace kibori {
 struct Motion {
   // Reference point of first moments: the tool's tip at the end of the tick.
   LatticePoint reference;
-  // Displacement of a material point at r from the reference: shift. While turning, it is shift +
+  // Displacement of the tool's point at r from the reference: shift. While turning, it is shift +
   // turn x r, with turn in rad.
   bool turning = false;
   LatticeVector shift;
   Vec3 turn = Vec3::Zero();
   Vec3 tool_axis = Vec3::UnitZ();
-  // Grain of the wood; null: no grain. `across2`: while not turning, sin^2 of the motion's angle to
-  // the grain.
+  // Grain of the wood; null: no grain. `across2`: sin^2 of the angle between the motion and the
+  // grain; not used while turning.
   const Grain* grain = nullptr;
   double across2 = 1;
-  // For contact and deposit_contact: weights of the three fields, for sums of lengths instead of
-  // volumes; null: volumes. Use the squared direction cosines of the motion. The reached length
-  // then grows evenly as the tool advances: rays along a face, which enter all at once, have no
-  // weight. But the lengths underestimate thin cuts.
+  // For contact and deposit_contact: if set, the sums are lengths instead of volumes, and these are
+  // the weights of the three fields. Use the squared direction cosines of the motion. The total
+  // length then grows evenly as the tool advances. Rays in the tool's front face would all enter at
+  // once, but their weight is 0. Lengths underestimate thin cuts.
   const Vec3* along = nullptr;
-  // Also sum the quantities for the chip's shape: RemovedPart::ChipSums. `length_weights`: weights
-  // of the three fields for its lengths.
+  // If set, edits also compute RemovedPart::ChipSums, for the shape of the chip. `length_weights`:
+  // weights of the three fields in ChipSums::length.
   bool chip = false;
   Vec3 length_weights = Vec3::Constant(1.0 / 3);
 };
@@ -52,8 +52,8 @@ struct Motion {
 // thread that edits the field.
 using TileDone = std::function<void(Axis axis, int tu, int tv)>;
 
-// Results do not depend on `threads` (1..3). An edit that writes runs x and y in parallel, because
-// they share nothing, and then z.
+// Results do not depend on `threads` (1..3). An edit that writes runs on the x and y fields in
+// parallel. Both read the z field, so it is edited last.
 struct EditOptions {
   Motion motion;
   int threads = 1;
@@ -61,13 +61,13 @@ struct EditOptions {
   const TileDone* tile_done = nullptr;
 };
 
-// Each adds its result to `removed`. The volume of a deposit is positive there, too.
+// Each function adds its result to `removed`. The volume of a deposit is positive there, too.
 void cut(TriDexel& model, const Solid& solid, const EditOptions& options, Removed& removed);
 void deposit(TriDexel& model, const Solid& solid, uint8_t material, const EditOptions& options,
              Removed& removed);
 void intersect(TriDexel& model, const Solid& solid, const EditOptions& options, Removed& removed);
-// Parts `model` by the solid: `off` keeps what is inside. `off` must begin in the same state as
-// `model`. Both get the same new ends, bit for bit.
+// Divides `model` into two: `off` keeps the material inside the solid, and `model` keeps the rest.
+// `off` must begin in the same state as `model`. Both get the same new ends, bit for bit.
 void part(TriDexel& model, TriDexel& off, const Solid& solid, const EditOptions& options,
           Removed& from_model, Removed& from_off);
 void paint(TriDexel& model, const Solid& solid, Color color, const EditOptions& options,

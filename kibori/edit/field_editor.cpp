@@ -11,32 +11,34 @@ bool grows(Operation operation) {
   return operation == Operation::deposit || operation == Operation::deposit_contact;
 }
 
-// Tiles with rays in (min, max); ray i is at i + 1/2.
-TileRange tiles_between(double min, double max, int nodes) {
-  const double all = nodes;  // for numbers in [0, all] truncation equals floor
-  const int first = nodes - static_cast<int>(std::clamp(all + 0.5 - min, 0.0, all));
-  const int last = static_cast<int>(std::clamp(max + 0.5, 0.0, all)) - 1;
+// Tiles with rays in [min, max]; ray i is at i + 1/2.
+TileRange tiles_between(double min, double max, int begin, int end) {
+  const double all = end - begin;  // for numbers in [0, all] truncation equals floor
+  const int first = end - static_cast<int>(std::clamp(end + 0.5 - min, 0.0, all));
+  const int last = begin + static_cast<int>(std::clamp(max + 0.5 - begin, 0.0, all)) - 1;
   if (first > last) return {0, 0};
-  return {first / kTileSide, last / kTileSide + 1};
+  return {tile_of_node(first), tile_of_node(last) + 1};
 }
 
-// Clips the intervals to the lattice. Outside of it there is no material.
+// Clips the intervals to the lattice, because there is no material outside of it. Returns true if
+// an interval reached beyond the depths of the lattice.
 bool clip_to_lattice(SpanLayer& layer, const RayTile& rays, const FieldSnapshot& field) {
   bool clipped = false;
-  const auto depth = static_cast<float>(field.nodes_depth());
+  const auto begin = static_cast<float>(field.depth_begin()),
+             end = static_cast<float>(field.depth_end());
   for (int row = 0; row < kTileSide; row++) {
     if (!((layer.rows >> row) & 1)) continue;
     for (int lane = 0; lane < kTileSide; lane++) {
       float &lo = layer.lo[row * kTileSide + lane], &hi = layer.hi[row * kTileSide + lane];
       if (!(lo < hi)) continue;
-      if (rays.u0 + lane >= field.nodes_u() || rays.v0 + row >= field.nodes_v()) {
+      if (!field.has_ray(rays.u0 + lane, rays.v0 + row)) {
         lo = kFar;
         hi = -kFar;
         continue;
       }
-      clipped |= lo < 0 || hi > depth;
-      lo = std::max(lo, 0.0f);
-      hi = std::min(hi, depth);
+      clipped |= lo < begin || hi > end;
+      lo = std::max(lo, begin);
+      hi = std::min(hi, end);
       if (!(lo < hi)) {
         lo = kFar;
         hi = -kFar;
@@ -48,20 +50,28 @@ bool clip_to_lattice(SpanLayer& layer, const RayTile& rays, const FieldSnapshot&
 
 }  // namespace
 
-TileRange tiles_along(const Box& bounds, int world, int nodes) {
-  return bounds.empty() ? TileRange{} : tiles_between(bounds.min[world], bounds.max[world], nodes);
+TileRange tiles_along_u(const Box& bounds, const FieldSnapshot& field) {
+  const int u = u_index(field.axis());
+  if (bounds.empty()) return {};
+  return tiles_between(bounds.min[u], bounds.max[u], field.u_begin(), field.u_end());
+}
+
+TileRange tiles_along_v(const Box& bounds, const FieldSnapshot& field) {
+  const int v = v_index(field.axis());
+  if (bounds.empty()) return {};
+  return tiles_between(bounds.min[v], bounds.max[v], field.v_begin(), field.v_end());
 }
 
 TileRequest tile_request(const FieldEdit& edit, const Box& bounds) {
   const FieldSnapshot& view = edit.view;
   const int d = depth_index(view.axis());
-  const double depth = view.nodes_depth();
+  const double begin = view.depth_begin(), end = view.depth_end();
   const FieldSnapshot* const z = view.axis() == Axis::z ? nullptr : edit.z;
-  const TileRange z_tus = z ? tiles_along(bounds, 0, z->nodes_u()) : TileRange{},
-                  z_tvs = z ? tiles_along(bounds, 1, z->nodes_v()) : TileRange{};
-  const auto middle = [&](int world, double nodes) {
-    return static_cast<float>(std::floor(0.5 * (std::clamp(bounds.min[world], 0.0, nodes) +
-                                                std::clamp(bounds.max[world], 0.0, nodes))));
+  const TileRange z_tus = z ? tiles_along_u(bounds, *z) : TileRange{},
+                  z_tvs = z ? tiles_along_v(bounds, *z) : TileRange{};
+  const auto middle = [&](int world, double low, double high) {
+    return static_cast<float>(std::floor(0.5 * (std::clamp(bounds.min[world], low, high) +
+                                                std::clamp(bounds.max[world], low, high))));
   };
   return {.operation = edit.operation,
           .kernel = tile_kernel(),
@@ -71,15 +81,16 @@ TileRequest tile_request(const FieldEdit& edit, const Box& bounds) {
           .z = z,
           .z_begin = {z_tus.begin * kTileSide, z_tvs.begin * kTileSide},
           .z_end = {z_tus.end * kTileSide, z_tvs.end * kTileSide},
-          .nodes_depth = view.nodes_depth(),
+          .depth_begin = static_cast<float>(begin),
+          .depth_end = static_cast<float>(end),
           .depth_min = bounds.min[d] - kBoundsSlack,
           .depth_max = bounds.max[d] + kBoundsSlack,
-          .t_ref = middle(d, depth),
-          .u_ref = middle(u_index(view.axis()), view.nodes_u()),
-          .v_ref = middle(v_index(view.axis()), view.nodes_v()),
-          // Float32 holds the node sums of a tile exactly while (half the tool's depth)^2 x 16
-          // rows x 2 < 2^24.
-          .deep = std::min(bounds.max[d], depth) - std::max(bounds.min[d], 0.0) > 1000,
+          .t_ref = middle(d, begin, end),
+          .u_ref = middle(u_index(view.axis()), view.u_begin(), view.u_end()),
+          .v_ref = middle(v_index(view.axis()), view.v_begin(), view.v_end()),
+          // Node sums of a tile are exact in float32 while (half the tool's depth)^2 x 16 rows x 2
+          // < 2^24.
+          .deep = std::min(bounds.max[d], end) - std::max(bounds.min[d], begin) > 1000,
           .material = grows(edit.operation) ? edit.material : kMixedMaterial,
           .color = edit.color};
 }

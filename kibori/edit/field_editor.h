@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Applies a solid to one tile of one field. `edit.cpp` edits all tiles of a solid, `batch.cpp` all
-// solids of a tile. Internal to `edit`.
+// Applies a solid to one tile of one field. `edit.cpp` edits all tiles that a solid touches.
+// `batch.cpp` applies to a tile all solids that touch it. Internal to `edit`.
 #pragma once
 
 #include <kibori/dexel/field.h>
@@ -18,27 +18,27 @@ struct TileRange {
   bool holds(int tile) const { return begin <= tile && tile < end; }
 };
 
-// Tiles with rays within the bounds along a direction of the world (0: x, 1: y, 2: z) with `nodes`
-// rays. Ray i is at i + 1/2.
-TileRange tiles_along(const Box& bounds, int world, int nodes);
+// Tiles of the field with rays within the bounds, along its u and its v. Ray i is at i + 1/2.
+TileRange tiles_along_u(const Box& bounds, const FieldSnapshot& field);
+TileRange tiles_along_v(const Box& bounds, const FieldSnapshot& field);
 
 // An edit of one field.
 struct FieldEdit {
   Operation operation;
   const FieldSnapshot& view;
-  Field* field;  // null for contact
+  Field* field;  // null for contact and deposit_contact
   const Solid& solid;
   const Motion& motion;
-  const FieldSnapshot* z = nullptr;  // the model's, before the edit; may be null
+  const FieldSnapshot* z = nullptr;  // the model's z field before the edit; may be null
   uint8_t material = 0;
   Color color = 0;
 };
 
-// The request for all tiles of an edit. `bounds`: those of its solid.
+// The request for all tiles of an edit. `bounds`: of the edit's solid.
 TileRequest tile_request(const FieldEdit& edit, const Box& bounds);
 
-// Edits one tile. `job.spans.flip` must be set: true unless the edit adds material. Sums go to
-// `job.removed` at the latest in flush_sums.
+// Edits one tile. Precondition: `job.spans.flip` is false if the edit adds material, otherwise
+// true. The sums are complete in `job.removed` only after flush_sums.
 void edit_tile(TileJob& job, const FieldSnapshot& view, int tu, int tv);
 
 }  // namespace kibori

@@ -13,8 +13,8 @@
 #define KIBORI_GRAIN_SHARED
 namespace kibori {
 
-// Length of a part of a piece [rings], and the maximum number of parts. With longer parts, a
-// straight line through the curved rings near the pith would place them wrongly.
+// Length of a part of a piece [rings], and the maximum number of parts. Near the pith, the distance
+// between rings along a ray changes quickly. With longer parts, the rings would be at wrong places.
 inline constexpr float kPart = 0.25f;
 inline constexpr float kMaxParts = 128;
 
@@ -25,8 +25,8 @@ HWY_BEFORE_NAMESPACE();
 namespace kibori {
 namespace HWY_NAMESPACE {
 
-// A shorter piece [rings] takes the value at its middle, because differences of integrals would be
-// rounding errors.
+// For a shorter piece [rings], the value at its middle is used. A difference of two integrals would
+// be mostly rounding error.
 constexpr float kShort = 4e-3f;
 // Avoids 0 / 0 where a ray runs along the pith.
 constexpr float kNoDistance = 1e-12f;
@@ -91,7 +91,7 @@ HWY_INLINE VF LateUntil(VF early, VF part) {
   const VF zero = hn::Zero(DF()), one = F(1.0f);
   const VF size = hn::Sub(one, early), per_size = hn::Div(one, size);
   const VF t = hn::Mul(hn::Max(hn::Sub(part, early), zero), per_size);
-  // Start of the ring's end.
+  // The t at which late_wood begins to fall (kRingEdge).
   const VF bend = hn::Sub(one, hn::Mul(per_size, F(kEdge)));
   const VF rising = hn::Min(t, bend);
   const VF rise = hn::Mul(hn::Mul(hn::Mul(size, hn::Mul(rising, rising)), rising),
@@ -101,7 +101,7 @@ HWY_INLINE VF LateUntil(VF early, VF part) {
   return hn::Add(rise, fall);
 }
 
-// late_wood itself.
+// late_wood of geometry/wood.h.
 HWY_INLINE VF LateAt(VF early, VF part) {
   const VF zero = hn::Zero(DF()), one = F(1.0f);
   const VF t = Clamp(hn::Div(hn::Sub(part, early), hn::Sub(one, early)), zero, one);
@@ -120,7 +120,7 @@ HWY_INLINE VF MeanLate(const Grain::View& k, VF at, VF length) {
   VF mean = LateAt(early, part);  // for short pieces
   if (!hn::AllTrue(d, is_short)) {
     const VF before = hn::Floor(from);
-    const MF over = hn::Lt(before, year);  // the end of a year is between
+    const MF over = hn::Lt(before, year);  // the piece contains the end of a year
     const VF early_before = hn::IfThenElse(over, EarlyWood(k, before), early);
     VF sum = hn::Sub(LateUntil(early, part), LateUntil(early_before, hn::Sub(from, before)));
     if (!hn::AllFalse(d, over))
@@ -165,8 +165,8 @@ namespace {
 // Nodes of the coarse grid along the lattice's longest side. By default 26 rings fit there, and a
 // wave is at least five rings long. So a wave has twelve nodes.
 constexpr int kNodes = 64;
-// If the width of a ring is given: the step in rings, which is about the same, and the maximum
-// number of nodes. Above it, short waves are smoothed.
+// For a given ring width: the grid's step [rings], about the same as above, and the maximum number
+// of nodes. At this maximum the step is longer, so that short waves are smoothed.
 constexpr double kStepRings = 0.41, kMaxNodes = 1e6;
 // Upper bound of a wave's displacement [rings].
 constexpr int kMaxWave = 4;
@@ -178,8 +178,8 @@ constexpr int kMaxYears = 4096;
 std::shared_ptr<const Grain> Grain::of(const Lattice& lattice,
                                        const std::vector<Material>& materials) {
   if (std::none_of(materials.begin(), materials.end(), has_grain)) return nullptr;
-  return std::make_shared<const Grain>(
-      log_of(lattice.to_mm(lattice.whole()), log_cut_of(materials)), lattice, materials);
+  return std::make_shared<const Grain>(log_of(lattice.to_mm(lattice.base()), log_cut_of(materials)),
+                                       lattice, materials);
 }
 
 Grain::Grain(const Log& log, const Lattice& lattice, const std::vector<Material>& materials)
@@ -188,7 +188,7 @@ Grain::Grain(const Log& log, const Lattice& lattice, const std::vector<Material>
   log_.ring = log.ring / lattice.pitch_mm;
   kinds_.reserve(materials.size() + 1);
   for (const Material& m : materials) {
-    // The law of haptics/chip.h has its own directions.
+    // The chip law (haptics/chip.h) itself includes the effect of the direction.
     const bool by_direction = !has_chip_law(m) && has_direction(m) && m.u > 0;
     kinds_.push_back({by_direction || m.ring != 0, by_direction ? m.u_along / m.u : 1, m.ring});
   }

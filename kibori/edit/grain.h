@@ -6,10 +6,11 @@
 //                     between the motion and the grain. u_perp is the material's u, u_par its
 //                     u_along.
 //   early or late     u (1 + ring (late_wood(x) - kMeanLate)): late wood of a ring resists more
-//                     than its early wood by the share `ring`. The mean over the wood is u.
+//                     than its early wood by the share `ring`. The mean over all wood is u.
 //
-// It is evaluated for each removed piece of each ray, in parts no longer than a quarter of a ring.
-// A part uses the ring width along the ray at its middle. The mean over the rings is exact.
+// Each removed piece of a ray is divided into parts no longer than a quarter of a ring. In a part,
+// the distance between rings along the ray is assumed to be constant: it is the one at the middle.
+// Under this assumption, the mean of late_wood over the part is exact.
 #pragma once
 
 #include <array>
@@ -29,7 +30,7 @@ inline constexpr double kMeanLate = 0.125;
 
 class Grain {
  public:
-  // Grain of wood that was cut to the lattice's box. Null if no material has a grain.
+  // Grain of a stock that fills the lattice's base. Null if no material has a grain.
   static std::shared_ptr<const Grain> of(const Lattice& lattice,
                                          const std::vector<Material>& materials);
 
@@ -48,7 +49,7 @@ class Grain {
     const double along = motion.dot(log_.along);
     return 1 - along * along / size2;
   }
-  // Resistance in a direction, as a factor of u.
+  // Ratio of the resistance in a direction to u.
   double by_direction(uint8_t material, double across2) const {
     const double share = kind(material).along;
     return share / (share * across2 + (1 - across2));
@@ -61,12 +62,12 @@ class Grain {
   void late_wood_of(Axis axis, float u, float v, const float* lo, const float* hi, size_t count,
                     float* means) const;
 
-  // Input of late_wood_of for fields along that axis, in the order u, v, depth.
+  // Data for late_wood_of, for the field of one axis. Coordinates are in the order u, v, depth.
   struct View {
     float pith[3], along[3];  // lattice units
     float per_ring;           // rings per lattice unit
     float per_step;           // nodes of the wave grid per lattice unit
-    float last[3];            // index of its last cells
+    float last[3];            // index of the wave grid's last cell, along each axis
     int stride[3];
     const float* waves;
     // Share of early wood by year, starting with `first_year`.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Edits of a single ray: the cases that the vectors of tile_kernel.cpp cannot handle, such as a
+// Edits of a single ray: the cases that the vector code of tile_kernel.cpp cannot handle, such as a
 // deposit that joins two spans. Internal to `edit`, `reshape` and `body`.
 #pragma once
 
@@ -9,7 +9,8 @@
 
 namespace kibori {
 
-// Removes [a, b) from the ray in `slot`. New ends keep the previous normals; the caller sets them.
+// Removes [a, b) from the ray in `slot`. A new end keeps the normal of the old end until the caller
+// sets it.
 void cut_ray(Field& field, Tile& tile, int slot, float a, float b);
 
 // Keeps the spans of the ray in `slot` whose flag in `keep` is set, and removes the others. `keep`:

@@ -23,7 +23,7 @@ double CellSet::gaps() const {
 }
 
 std::array<CellSet, 3> Removed::cells() const {
-  std::array<CellSet, 3> all;
+  std::array<CellSet, 3> all{};
   for_parts([&](int, const RemovedPart& part) {
     for (size_t i = 0; part.has_chip && i < 3; i++) all[i].add(part.chip().cells[i]);
   });

@@ -13,14 +13,14 @@
 
 namespace kibori {
 
-// A set of cells of the lattice along one axis, by index modulo 256: those in which something was
+// A set of indices, modulo 256: those of the lattice cells along one axis in which something was
 // removed.
 class CellSet {
  public:
   static constexpr int kCells = 256;
   // Adds the cells first .. first + 15 whose bits are set; `first` is a multiple of 16.
   void add16(int first, unsigned bits) {
-    words_[static_cast<size_t>(first / 64) % 4] |= uint64_t{bits} << (first % 64);
+    words_[static_cast<size_t>(first >> 6) % 4] |= uint64_t{bits} << (first & 63);
   }
   void add(const CellSet& other) {
     for (size_t i = 0; i < 4; i++) words_[i] |= other.words_[i];
@@ -31,27 +31,29 @@ class CellSet {
   double gaps() const;
 
  private:
-  std::array<uint64_t, 4> words_{};
+  // Not cleared by default: a Removed holds 192 sets, and most of them are never used.
+  std::array<uint64_t, 4> words_;
 };
 
 // Sums over the removed part of one material. Positions are lattice coordinates (lattice units from
-// the lattice's lower corner). Volumes are lattice units^3, as in dexel/volume.h.
+// the lattice's origin). Volumes are lattice units^3, as in dexel/volume.h.
 struct RemovedPart {
-  int64_t points;                   // lattice nodes
+  int64_t points;                   // number of lattice nodes
   std::array<int64_t, 3> node_sum;  // sums of their indices
   double correction;                // of the ends of all fields
   Vec3 moment;                      // first moment of the volume about Motion::reference
-  // Wood with a grain (edit/grain.h): the same sums, each element weighted by the ratio of its
+  // Wood with a grain (edit/grain.h): volume and moment, each element weighted by the ratio of its
   // resistance to its material's u. Valid if `weighted`.
   bool weighted;
   double weighted_volume;
   Vec3 weighted_moment;
   bool turning;  // there are turn sums
-  // Every element dV resists its own displacement s, with f = dV s/|s|^2.
+  // Sums over all elements dV. An element resists its own displacement s with f = dV s/|s|^2.
   struct TurnSums {
-    Vec3 force;        // f
-    Vec3 moment;       // r x f, r from Motion::reference
-    Vec3 moment_axis;  // (height along the tool) e_z x f: the five-DOF part
+    Vec3 force;   // f
+    Vec3 moment;  // r x f, r from Motion::reference
+    // h e_z x f: e_z is the tool's axis, h the height of dV along it. For force laws of five DOF.
+    Vec3 moment_axis;
   };
   const TurnSums& turn() const { return turn_; }  // valid if `turning`
   TurnSums& turn() {
@@ -67,15 +69,17 @@ struct RemovedPart {
   struct ChipSums {
     // Second moments of the volume about Motion::reference: xx, yy, zz, xy, xz, yz.
     std::array<double, 6> second;
-    // Over the ends that the tool made: area element |n_i| (n.p)+, and the same times n. n is the
-    // tool's outward normal, p the direction of the motion.
+    // The front of the tool. `front` is the sum of A max(0, n.p) over the ends that the tool made.
+    // `front_normal` is the sum of A max(0, n.p) n. A is the surface area that the end represents,
+    // n the tool's outward normal, p the direction of the motion.
     double front;
     Vec3 front_normal;
     // Volume from the lengths of the rays, each field weighted by Motion::length_weights. It is
     // biased for thin cuts, but grows evenly as the tool advances.
     double length;
     std::array<CellSet, 3> cells;  // along x, y and z
-    // While turning, s is each element's own displacement: sums of dV/|s| and of |s| dV.
+    // Sums of dV/|s| and of |s| dV, where s is the displacement of the element dV, for a tool that
+    // turns.
     double section, path_volume;
   };
   const ChipSums& chip() const { return chip_; }  // valid if `has_chip`

@@ -29,8 +29,8 @@ struct RaySpan {
   uint32_t normal_in, normal_out;
 };
 
-// One field before it has tiles. The spans of ray v * nu + u are spans[first[ray]] ..
-// spans[first[ray + 1]].
+// One field as a table, from which its tiles are made. The spans of ray v * nu + u are
+// spans[first[ray]] .. spans[first[ray + 1]].
 struct RayTable {
   Axis axis;
   int nu, nv, nd;
@@ -48,24 +48,24 @@ struct RayTable {
   }
 };
 
-// Nodes k of a span: k + 1/2 in [in, out).
+// The first node at or after `depth`. A span [in, out) holds the nodes k with in <= k + 1/2 < out.
 int first_node(float depth) { return static_cast<int>(std::ceil(depth - 0.5f)); }
 
 // Maximum number of ray crossings of one field; their indices are 32 bits.
 constexpr uint64_t kMaxCrossings = 0xf0000000u;
-// Maximum mean number of crossings per ray. Dense foams have a tenth of it; thousands of coincident
-// sheets have more.
+// Maximum mean number of crossings per ray. Dense foams have a tenth of it. Only a mesh with
+// thousands of coincident sheets has more.
 constexpr uint64_t kMaxCrossingsARay = 1024;
 double crossing_bytes(uint64_t count) {
   return static_cast<double>(count) * (sizeof(Crossing) + sizeof(RaySpan) / 2.0);
 }
 
-// Distance [cells] between a span's end and a node. If smaller, losing that node's vote counts as
-// rounding.
+// If a span's end is nearer than this [cells] to a node, a lost vote on that node counts as
+// rounding error.
 constexpr float kRounding = 1e-2f;
 
-// Distance [cells] by which a mesh may exceed its lattice, due to rounding of its placement. Such
-// points are snapped to the lattice's face. If larger, spans would begin outside of it.
+// Distance [cells] by which a mesh may exceed its lattice, because its placement was rounded. With
+// a larger value, a mesh that does not fit would be cut off instead of refused.
 constexpr double kFitSlack = 1e-6;
 
 // Crossings by ray: those of ray r are all[start[r]] .. all[start[r + 1]].
@@ -82,8 +82,8 @@ CrossingTable find_crossings(const std::vector<LatticePoint>& points, const Tria
   std::vector<SnappedPoint> snapped(points.size());
   for (size_t i = 0; i < points.size(); i++) snapped[i] = snap(points[i], table.axis);
 
-  // Two passes over the triangles: count, then fill. This takes less time than growing a list per
-  // ray.
+  // Two passes over the triangles: the first counts, the second fills. This takes less time than
+  // one growing list per ray.
   std::vector<uint32_t> start(table.rays() + 1, 0);
   const uint64_t max = std::min(kMaxCrossings, kMaxCrossingsARay * table.rays());
   const auto scan = [&](auto&& f) {
@@ -127,8 +127,8 @@ void add_ray(RayTable& table, size_t ray, std::span<Crossing> crossings, Code&& 
     table.open[ray] = 1;
     table.rays_open++;
   }
-  // An open ray is only a guess: its crossings alternate between in and out, if their number is
-  // even.
+  // For an open ray we can only guess. If the number of crossings is even, we assume that they
+  // alternate between in and out. Otherwise, the ray gets no spans.
   if (!closed && crossings.size() % 2 != 0) return;
   winding = 0;
   RaySpan span{};
@@ -182,13 +182,14 @@ RayTable make_table(const std::vector<LatticePoint>& points, const TriangleMesh&
   return table;
 }
 
-// Start or end of a run of nodes that a field has wrong. Along a ray they are in order.
+// Start or end of a run of nodes for which a field lost the vote. Along a ray they are in order.
 struct Toggle {
   uint32_t ray;
   uint16_t depth;
 };
 
-// Votes slice by slice, at constant y: rows of z, bits of x.
+// The vote on all nodes, one slice of constant y at a time. A slice has a row of words for each
+// z, with a bit for each x.
 class Vote {
  public:
   explicit Vote(const std::array<RayTable, 3>& tables)
@@ -206,7 +207,7 @@ class Vote {
     for (auto* const bits : {&open_z_, &wrong_z_}) bits->resize(words_);
   }
 
-  // The wrong runs of each field.
+  // By field: start and end of each run of nodes for which it lost the vote.
   std::array<std::vector<Toggle>, 3> count() {
     list_y_ends();
     if (any_open_) mark_open_y();
@@ -241,7 +242,8 @@ class Vote {
       }
   }
 
-  // The y field runs across the slices, so its spans' ends are listed by slice.
+  // The rays of the y field pass through all slices. So the ends of their spans are listed by
+  // slice.
   void list_y_ends() {
     y_start_.assign(static_cast<size_t>(ny_) + 2, 0);
     for_y_ends([&](int y, int, int) { y_start_[static_cast<size_t>(y) + 1]++; });
@@ -287,7 +289,8 @@ class Vote {
     for (size_t i = words_; i < slice; i++) in_z_[i] ^= in_z_[i - words_];
   }
 
-  // Votes on the nodes of a row, 64 at once. Records where wrong runs of a field begin or end.
+  // Votes on the nodes of a row, 64 at once. Records where runs begin or end in which a field
+  // lost.
   void vote_row(int y, int z) {
     uint64_t carry = 0;
     for (size_t w = 0; w < words_; w++) {
@@ -348,13 +351,14 @@ class Vote {
   const size_t words_;
   const bool any_open_;
   std::array<std::vector<Toggle>, 3> wrong_;  // by field
-  // Slice y's ends of the y field's spans are y_ends_[y_start_[y]] .. y_ends_[y_start_[y + 1]]: z
+  // Ends of the y field's spans in slice y: y_ends_[y_start_[y]] .. y_ends_[y_start_[y + 1]]. z is
   // in the upper 16 bits, x in the lower.
   std::vector<uint32_t> y_start_, y_ends_;
-  // Of the current slice, a row of words for each z: nodes that are inside by each field; open
-  // rays.
+  // The current slice, a row of words for each z: which nodes are inside according to each
+  // field, and which rays are open.
   std::vector<uint64_t> in_x_, in_y_, in_z_, open_y_, open_z_;
-  // Nodes that a field has wrong: in the previous slice, in the previous row.
+  // Nodes for which the y field lost the vote in the previous slice, and the z field in the
+  // previous row.
   std::vector<uint64_t> wrong_y_, wrong_z_;
 };
 
@@ -398,7 +402,8 @@ void apply_toggles(RayTable& table, const std::vector<Toggle>& wrong, ScanReport
       report.outvoted += rounding ? 0 : k1 - k0;
     }
     std::sort(edges.begin(), edges.end());
-    // Runs of inside nodes are between edges that occur an odd number of times.
+    // Each edge toggles inside and outside. So an edge that occurs an even number of times has
+    // no effect.
     std::vector<int> kept;
     for (size_t i = 0; i < edges.size();) {
       size_t j = i;
@@ -433,8 +438,8 @@ void apply_toggles(RayTable& table, const std::vector<Toggle>& wrong, ScanReport
 }
 
 void write_field(Field& field, const RayTable& table, uint8_t material) {
-  for (int tv = 0; tv < field.tiles_v(); tv++)
-    for (int tu = 0; tu < field.tiles_u(); tu++) {
+  for (int tv = 0; tv * kTileSide < table.nv; tv++)
+    for (int tu = 0; tu * kTileSide < table.nu; tu++) {
       Tile* tile = nullptr;
       const int v_end = std::min(table.nv, (tv + 1) * kTileSide),
                 u_end = std::min(table.nu, (tu + 1) * kTileSide);

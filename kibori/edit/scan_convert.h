@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 // Scan conversion: converts a triangle mesh into the three dexel fields.
 //
-// Each ray is cut at its crossings (exact: crossings.h) and filled where the winding number is not
-// zero. At holes, the winding number of a ray does not return to zero. Such a ray is open. Then the
-// three fields vote on every lattice node, and closed rays take precedence over open ones. So a
-// hole closes where the other two directions agree, and the three fields agree at every node.
+// crossings.h finds where each ray crosses the mesh, exactly. A ray is inside where its winding
+// number is not zero. If the winding number is not zero at the end of the ray, the ray passed
+// through a hole. Such a ray is called open. Then the three fields vote on every lattice node. If a
+// node's closed rays agree, they decide; otherwise its open rays vote, too. So a hole closes where
+// the other two directions agree, and the three fields agree at every node.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +20,7 @@ namespace kibori {
 struct ScanReport {
   int64_t rays = 0;       // rays that meet the mesh
   int64_t open_rays = 0;  // rays whose crossings do not close
-  // (node, field) pairs whose field lost the vote by more than rounding.
+  // How often a field lost the vote on a node, except where only rounding was the reason.
   int64_t outvoted = 0;
   int64_t placed_ends = 0;  // ends without a crossing, placed midway between nodes
   bool repaired() const { return open_rays > 0 || outvoted > 0; }

@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: MIT
-// The inner loop of every edit. A cut meets a ray's span [in, out) with the tool's [a, b) in one of
-// these ways:
+// The inner loop of every edit. A cut applies the tool's interval [a, b) to a ray's span [in, out).
+// There are four cases:
 //
 //   a══in══b── out        front     masked store: in = b
 //   in ──a══out══b        back      masked store: out = a
-//   in ──a══════b── out   split     masked stores, here and in the next plane with room, or scalar
+//   in ──a══════b── out   split     masked stores, here and in the next plane if free; else scalar
 //   a══in══out══b         vanish    masked store; later planes then move up
 //
-// So vectors do nearly all of the work. They sum what was removed row by row, before the row is
-// written. The order of additions does not depend on the vector's width. The sums need the normals
-// of the tool's ends in material, so the solid computes these first. For tools with one interval
-// per ray, cut and contact give the same result to the bit. If a solid has several layers, a cut's
-// second layer finds what the first has left. Then the order of additions differs.
+// So vector code does nearly all of the work. It adds up what is removed row by row, before it
+// writes the row. The order of additions does not depend on the vector's width. The sums need the
+// normals of the tool's ends in material, so the solid computes these first. For tools with one
+// interval per ray, cut and contact give the same result to the bit. If a solid has several layers,
+// a cut applies its second layer to the result of the first, but contact to the original tile. Then
+// the order of additions differs.
 #include <kibori/edit/tile_kernel.h>
 
 #include <cmath>
@@ -34,7 +35,8 @@ struct LaneTotals {
   double of[LaneSums::kCount], by_lane[LaneSums::kCount];
 };
 
-// True if sums need the scalar path: per element while turning, per span if materials mix.
+// True if the sums need the scalar path: the tool turns, the tile has several materials, or the
+// tool is too deep for exact float32 sums.
 inline bool scalar_sums(const TileJob& job) {
   return job.request.motion->turning || job.sums_material == kMixedMaterial ||
          (job.request.deep && job.rays.axis == Axis::z);
@@ -46,20 +48,22 @@ inline bool has_grain(const TileJob& job, uint8_t material) {
 inline bool is_growing(Operation operation) {
   return operation == Operation::deposit || operation == Operation::deposit_contact;
 }
-// The solid fills in the normals at `job.ends`. Clears the marks.
+// Makes the solid fill in the normals at the ends marked in `job.ends`, and clears the marks.
 void request_normals(TileJob& job);
-// Makes the tile the model's own. Copies it if snapshots share it.
+// Makes the tile writable. Copies it if a snapshot shares it.
 inline void make_writable(TileJob& job) {
   job.tile = job.writable = &job.request.field->writable(job.tu, job.tv);
 }
-// A cell counts as met if at least this length [cells] is removed in it. Less may be rounding.
+// An overlap marks cells in ChipSums::cells if it is longer than this [cells]. A shorter one may be
+// rounding error.
 inline constexpr float kMinMet = 0.02f;
-// Index of a row as a float, so that vectors can load it.
+// The indices of rows as floats, so that a vector can load them.
 inline constexpr float kRowNumber[kTileSide] = {0, 1, 2,  3,  4,  5,  6,  7,
                                                 8, 9, 10, 11, 12, 13, 14, 15};
 
 // One overlap [lo, hi) of one ray, the weights of its ends, and whether the ends are the tool's.
-// `added`: the whole of a deposit's interval; its overlaps are subtracted from it.
+// `added`: it is a deposit's whole interval. Its overlaps with existing spans are subtracted from
+// it.
 struct Overlap {
   float lo, hi, weight_lo, weight_hi;
   bool tool_lo, tool_hi;
@@ -72,14 +76,14 @@ inline EndOf end_of(bool by_tool, bool added) {
   return by_tool ? EndOf::tool : added ? EndOf::met : EndOf::material;
 }
 // True if the piece that is removed or added holds node k, to which its end is tied
-// (dexel/volume.h). Ends that vanish ask the z field before the edit. New ends ask the z field as
-// it will be afterwards. So what edits remove adds up to the missing volume. `material`: that of an
-// end that vanishes, or of the piece that a tool shortens. The end is at `depth`, the upper end of
-// the piece if `at_hi`.
+// (dexel/volume.h). For an end that vanishes, the z field before the edit decides. For a new end,
+// the z field after the edit decides. So the removed volumes add up to the missing volume.
+// `material`: of the end that vanishes, or of the span that the tool shortens. The end is at
+// `depth`. `at_hi`: it is the upper end of the piece.
 bool holds_node(TileJob& job, int row, int lane, int k, EndOf end, int material, float depth,
                 bool at_hi);
-// Scalar sums for tiles of mixed material and for turning tools. `late`: share of late wood in the
-// overlap.
+// Adds an overlap to the sums on the scalar path (scalar_sums). `sign`: 1 adds, -1 subtracts.
+// `late`: mean of late_wood over the overlap.
 void add_overlap(TileJob& job, int row, int lane, const Overlap& overlap, uint8_t material,
                  int sign, double late);
 // Direction of a motion that does not turn, in the field's order u, v, depth; zero at rest.
@@ -112,7 +116,7 @@ HWY_INLINE void AddDoubles(double* to, VF x, double factor) {
 #endif
 }
 
-// What is summed for each overlap [lo, hi).
+// The quantities that are summed for each overlap [lo, hi).
 enum Summed : unsigned {
   kNothing = 0,
   kCorrections = 1,
@@ -121,7 +125,7 @@ enum Summed : unsigned {
   kLengths = 8  // instead of corrections and nodes: see Motion::along
 };
 
-// Mean of late_wood over overlaps of the rays of a row, from the lane `at` on.
+// Means of late_wood over the overlaps of `count` rays of a row, from the lane `at` on.
 HWY_INLINE void LateWood(const TileJob& job, size_t row, size_t at, const float* lo,
                          const float* hi, size_t count, float* late) {
   const float u = static_cast<float>(job.rays.u0) + static_cast<float>(at) + 0.5f,
@@ -129,27 +133,39 @@ HWY_INLINE void LateWood(const TileJob& job, size_t row, size_t at, const float*
   job.request.motion->grain->late_wood_of(job.rays.axis, u, v, lo, hi, count, late);
 }
 
+// The sum of the squares of a normal code's two components.
+HWY_INLINE VU SumOfSquares(VU code) {
+  const DI di;
+  const DU du;
+#if HWY_ARCH_X86 && HWY_TARGET != HWY_SCALAR
+  const hn::Repartition<int16_t, DI> d16;
+  const auto parts = hn::BitCast(d16, code);
+  VI unused = hn::Zero(di);  // on x86, the first sum holds both products
+  return hn::BitCast(du, hn::ReorderWidenMulAccumulate(di, parts, parts, hn::Zero(di), unused));
+#else
+  const VI both = hn::BitCast(di, code), u = hn::ShiftRight<16>(hn::ShiftLeft<16>(both)),
+           v = hn::ShiftRight<16>(both);
+  return hn::Add(hn::BitCast(du, hn::Mul(u, u)), hn::BitCast(du, hn::Mul(v, v)));
+#endif
+}
+
 // depth_weight of normal_code.h.
 HWY_INLINE VF DepthWeight(VU code) {
   const DF d;
-  const DI di;
-  const VI both = hn::BitCast(di, code);
-  const VF u = hn::ConvertTo(d, hn::ShiftRight<16>(hn::ShiftLeft<16>(both))),
-           v = hn::ConvertTo(d, hn::ShiftRight<16>(both));
-  const VF across2 = hn::Add(hn::Mul(u, u), hn::Mul(v, v));
-  return hn::Max(hn::Zero(d), hn::Sub(F(1.0f), hn::Mul(F(1 / (32767.0f * 32767.0f)), across2)));
+  const VI half = hn::BitCast(DI(), hn::ShiftRight<1>(SumOfSquares(code)));
+  return hn::Max(hn::Zero(d), hn::Sub(F(1.0f), hn::Mul(F(kHalfSquares), hn::ConvertTo(d, half))));
 }
 
 // Overlaps of the rays of a row, the weights of their ends, and which of the ends are the tool's.
 struct Overlaps {
   VF lo, hi, weight_lo, weight_hi;
   MF tool_lo, tool_hi;
-  const Plane* plane = nullptr;  // of the overlaps; null for the whole of a deposit
+  const Plane* plane = nullptr;  // of the spans; null for a deposit's whole interval
 };
 
 // Overlaps between the tool's intervals [a, b) and the spans [in, out) of a plane, at a slot. An
-// end that both share counts as the material's in a cut, where it vanishes. In a deposit it counts
-// as the tool's, because it stays: it cancels the end of the deposit.
+// end that both share counts as the material's in a cut, because it vanishes. In a deposit, it
+// counts as the tool's. Then its correction cancels the one at that end of the whole interval.
 HWY_INLINE Overlaps OverlapsAt(const SpanLayer& tool, const Plane& plane, size_t slot, VF a, VF b,
                                VF in, VF out, bool growing = false) {
   const DU du;
@@ -168,8 +184,9 @@ HWY_INLINE Overlaps OverlapsAt(const SpanLayer& tool, const Plane& plane, size_t
           &plane};
 }
 
-// If a deposit begins exactly where the same material ends, that end vanishes. It counts by its own
-// normal. If other material begins there, nothing changes there.
+// If an end of a deposit is exactly at an end of the same material, both vanish. The correction
+// there uses the normal of the material's end. If another span touches this end already, nothing
+// changes there.
 HWY_INLINE void MeetEnds(const TileJob& job, size_t slot, Overlaps& added) {
   const DF d;
   const DU du;
@@ -200,15 +217,8 @@ HWY_INLINE void MeetEnds(const TileJob& job, size_t slot, Overlaps& added) {
   }
 }
 
-// Lanes whose end is tied to a node: is_tied of volume.h.
-HWY_INLINE MF Tied(VF depth, VF weight) {
-  const VF t = hn::Sub(depth, F(0.5f));
-  return hn::And(hn::Gt(weight, F(kTiedWeight)),
-                 hn::Lt(hn::Abs(hn::Sub(t, hn::Round(t))), F(kTie)));
-}
-
-// For the lanes of a row that are `tied`: the first node at lower ends, or the node after the last
-// one at upper ends.
+// Returns `nodes` with new values in the lanes that are `tied`: the first node at lower ends, or
+// the node after the last one at upper ends.
 HWY_NOINLINE VF TiedNodes(TileJob& job, size_t row, size_t g, MF tied, VF depth, MF by_tool,
                           const Plane* plane, bool at_hi, VF nodes) {
   const DF d;
@@ -229,7 +239,7 @@ HWY_NOINLINE VF TiedNodes(TileJob& job, size_t row, size_t g, MF tied, VF depth,
   return hn::Load(d, to);
 }
 
-// The nodes k0 <= k < k1 that overlaps hold, where `hit`.
+// The nodes k0 <= k < k1 that overlaps hold. Valid in the lanes `hit`.
 struct Nodes {
   VF k0, k1;
 };
@@ -239,12 +249,18 @@ HWY_INLINE Nodes NodesOf(TileJob& job, size_t row, size_t g, MF hit, const Overl
   // take the scalar path.
   Nodes n{hn::Ceil(hn::Sub(at.lo, F(0.5f))), hn::Ceil(hn::Sub(at.hi, F(0.5f)))};
   if (along_z) return n;
+  // is_tied of volume.h.
   const DF d;
-  const MF tied_lo = hn::And(hit, Tied(at.lo, at.weight_lo)),
-           tied_hi = hn::And(hit, Tied(at.hi, at.weight_hi));
-  if (HWY_UNLIKELY(!hn::AllFalse(d, hn::Or(tied_lo, tied_hi))) && job.request.z) {
-    n.k0 = TiedNodes(job, row, g, tied_lo, at.lo, at.tool_lo, at.plane, false, n.k0);
-    n.k1 = TiedNodes(job, row, g, tied_hi, at.hi, at.tool_hi, at.plane, true, n.k1);
+  const VF off_lo = hn::Abs(hn::Sub(n.k0, at.lo)), off_hi = hn::Abs(hn::Sub(n.k1, at.hi)),
+           tied = F(0.5f - kTie);
+  if (HWY_UNLIKELY(!hn::AllFalse(d, hn::Gt(hn::Max(off_lo, off_hi), tied))) && job.request.z) {
+    const auto lanes = [&](VF off, VF weight) HWY_ATTR {
+      return hn::And(hit, hn::And(hn::Gt(off, tied), hn::Gt(weight, F(kTiedWeight))));
+    };
+    n.k0 = TiedNodes(job, row, g, lanes(off_lo, at.weight_lo), at.lo, at.tool_lo, at.plane, false,
+                     n.k0);
+    n.k1 = TiedNodes(job, row, g, lanes(off_hi, at.weight_hi), at.hi, at.tool_hi, at.plane, true,
+                     n.k1);
   }
   return n;
 }
@@ -259,7 +275,7 @@ struct Sums {
     correction = correction_v = correction_t2 = nodes = nodes_v = nodes_t2 = hn::Zero(DF());
     weighted = weighted_v = weighted_t2 = hn::Zero(DF());
   }
-  // Adds where `hit`; `twice_ref` is 2 t_ref.
+  // Adds the overlaps in the lanes `hit`; `twice_ref` is 2 t_ref.
   HWY_INLINE void Add(TileJob& job, size_t at_row, size_t g, MF hit, const Overlaps& at,
                       VF twice_ref) {
     if constexpr (kSummed == kNothing) return;
@@ -404,7 +420,7 @@ class ChipPass {
     const DF d;
     const VF twice_ref = F(2 * job_.request.t_ref);
     VF x = hn::Zero(d), x_t2 = x, x_t2t2 = x;
-    // Volume spread evenly along the ray between two depths.
+    // Adds a volume that is spread evenly along the ray between two depths.
     const auto rod = [&](VF volume, VF lo, VF hi) HWY_ATTR {
       const VF twice = hn::Sub(hn::Add(lo, hi), twice_ref), length = hn::Sub(hi, lo),
                by_twice = hn::Mul(volume, twice);
@@ -490,9 +506,9 @@ class ChipPass {
   VF x_, x_v_, x_t2_, x_vv_, x_vt2_, x_t2t2_, length_, front_, front_u_, front_v_, front_t_;
 };
 
-// The sums of tiles for which scalar_sums() is true: overlaps of cuts, or what a deposit adds. Row
-// by row, plane by plane and lane by lane. So the order of additions does not depend on the
-// vector's width.
+// The sums of tiles for which scalar_sums() is true: overlaps of cuts, or what a deposit adds. It
+// adds row by row, plane by plane and lane by lane, so the order of additions does not depend on
+// the vector's width.
 void AddScalarSums(TileJob& job, bool growing) {
   const DF d;
   alignas(64) float los[kRow], his[kRow], weights_lo[kRow], weights_hi[kRow], late[kRow];
@@ -569,26 +585,33 @@ void AddScalarSums(TileJob& job, bool growing) {
 bool MarkEndsInMaterial(TileJob& job) {
   const DF d;
   const SpanLayer& spans = job.spans;
-  bool meets = false;
-  for (unsigned left = spans.rows; left; left &= left - 1) {
-    const auto row = static_cast<size_t>(__builtin_ctz(left));
-    if (meets && ((spans.normals_ready >> row) & 1)) continue;
-    unsigned lo = 0, hi = 0;
-    for (size_t g = 0; g < kGroups; g++) {
-      const size_t slot = row * kTileSide + g * kLanes;
-      const VF a = hn::Load(d, spans.lo + slot), b = hn::Load(d, spans.hi + slot);
-      for (const Plane* p = &job.tile->first; p; p = p->next) {
-        const VF in = hn::Load(d, p->in + slot), out = hn::Load(d, p->out + slot);
-        const MF hit = hn::Lt(hn::Max(in, a), hn::Min(out, b));
-        if (hn::AllFalse(d, hit)) continue;
-        meets = true;
-        lo |= Bits(hn::And(hit, hn::Gt(a, in))) << (g * kLanes);
-        hi |= Bits(hn::And(hit, hn::Lt(b, out))) << (g * kLanes);
+  // Calls f(row, g, at_lo, at_hi) for each group of lanes in which the tool meets a plane's spans,
+  // until f returns true. at_lo and at_hi: lanes in which the tool has its end in material.
+  const auto meetings = [&](unsigned left, auto&& f) HWY_ATTR {
+    for (; left; left &= left - 1) {
+      const auto row = static_cast<size_t>(__builtin_ctz(left));
+      for (size_t g = 0; g < kGroups; g++) {
+        const size_t slot = row * kTileSide + g * kLanes;
+        const VF a = hn::Load(d, spans.lo + slot), b = hn::Load(d, spans.hi + slot);
+        for (const Plane* p = &job.tile->first; p; p = p->next) {
+          const VF in = hn::Load(d, p->in + slot), out = hn::Load(d, p->out + slot);
+          const MF hit = hn::Lt(hn::Max(in, a), hn::Min(out, b));
+          if (!hn::AllFalse(d, hit) &&
+              f(row, g, hn::And(hit, hn::Gt(a, in)), hn::And(hit, hn::Lt(b, out))))
+            return true;
+        }
       }
     }
-    if (!((spans.normals_ready >> row) & 1)) job.ends.mark(row, lo, hi);
-  }
-  return meets;
+    return false;
+  };
+  bool meets = false;
+  meetings(spans.rows & ~spans.normals_ready, [&](size_t row, size_t g, MF lo, MF hi) HWY_ATTR {
+    meets = true;
+    job.ends.mark(row, Bits(lo) << (g * kLanes), Bits(hi) << (g * kLanes));
+    return false;
+  });
+  return meets || meetings(spans.rows & spans.normals_ready,
+                           [](size_t, size_t, MF, MF) HWY_ATTR { return true; });
 }
 
 // Finds the lanes in which a deposit adds material, and marks their ends. Returns false if there
@@ -617,7 +640,7 @@ bool MarkAdds(TileJob& job) {
   return any;
 }
 
-// Computes what a cut would remove: the same sums in the same order, and no writes.
+// Computes the same sums as CutTile in the same order, and writes nothing.
 template <unsigned kSummed>
 void ContactCut(TileJob& job) {
   const DF d;
@@ -656,7 +679,7 @@ HWY_INLINE void GiveNormals(const TileJob& job, Plane& plane, size_t slot, MF la
   if (plane.paint) store(hn::Zero(du), at_in ? plane.paint->in : plane.paint->out);
 }
 
-// A row of a cut in which spans vanish or split.
+// Cuts a group of a row in which spans vanish or split.
 HWY_NOINLINE void CutHardRow(TileJob& job, Plane& plane, size_t row, size_t g) {
   const DF d;
   const DU du;
@@ -673,7 +696,7 @@ HWY_NOINLINE void CutHardRow(TileJob& job, Plane& plane, size_t row, size_t g) {
   unsigned hard = 0;
   const MF split = hn::AndNot(hn::Or(front, back), hit);
   if (!hn::AllFalse(d, split)) {
-    // The part behind the tool moves to the next plane, if there is room in it.
+    // The part behind the tool moves to the next plane, if the ray has no span there.
     Plane& next = job.request.field->next_plane(plane);
     MF room = hn::And(split, hn::Ge(hn::Load(d, next.in + slot), hn::Load(d, next.out + slot)));
     if (plane.paint || next.paint) room = hn::FirstN(d, 0);
@@ -773,7 +796,7 @@ void CutTile(TileJob& job) {
   const SpanLayer& spans = job.spans;
   const VF twice_ref = F(2 * job.request.t_ref);
   Plane* const first = &job.writable->first;
-  uint64_t met_planes = 0;  // by index; planes beyond the 63rd share one bit
+  uint64_t met_planes = 0;  // by index; planes from index 63 on share one bit
   for (size_t g = 0; g < kGroups; g++) {
     Sums<kSummed> sum;
     bool met_here = false;
@@ -789,9 +812,10 @@ void CutTile(TileJob& job) {
         const MF hit = hn::Lt(hn::Max(in, a), hn::Min(out, b));
         if (hn::AllFalse(d, hit)) continue;
         met = true;
-        sum.Add(job, row, g, hit, OverlapsAt(spans, *p, slot, a, b, in, out), twice_ref);
+        const Overlaps at = OverlapsAt(spans, *p, slot, a, b, in, out);
+        sum.Add(job, row, g, hit, at, twice_ref);
         // The tool covers the span's beginning, its end, both, or neither.
-        const MF front = hn::And(hit, hn::Le(a, in)), back = hn::And(hit, hn::Ge(b, out));
+        const MF front = hn::AndNot(at.tool_lo, hit), back = hn::AndNot(at.tool_hi, hit);
         if (!hn::AllFalse(d, hn::AndNot(hn::Xor(front, back), hit))) {
           CutHardRow(job, *p, row, g);
           continue;
@@ -820,7 +844,8 @@ void CutTile(TileJob& job) {
     while (last->next) last = last->next;
     job.shrank = !HasSpans(*last);
   }
-  // Planes that were visited but not met: tight bounds may spare the next edit the visit.
+  // Tightens the bounds of planes that were visited but not met, so that the next edit may skip
+  // them.
   uint64_t number = 1;
   for (Plane* p = first; p; p = p->next, number = number << 1 | number >> 63 << 63)
     if (!p->tight && !(met_planes & number) &&
@@ -828,7 +853,7 @@ void CutTile(TileJob& job) {
       Tighten(*p);
 }
 
-// Deposit (or its contact test): the added part is the interval minus its overlaps.
+// A deposit, or its contact test. The added part is the tool's interval without the spans in it.
 template <bool kWrite, unsigned kSummed>
 void DepositTile(TileJob& job) {
   const DF d;
@@ -836,8 +861,9 @@ void DepositTile(TileJob& job) {
   const VF twice_ref = F(2 * job.request.t_ref);
   const Plane* first = &job.tile->first;
   // The added part is within the solid's bounds and the lattice.
-  const float min = std::max(0.0f, static_cast<float>(job.request.depth_min) - 1);
-  const float max = std::max(0.0f, static_cast<float>(job.request.depth_max) + 1);
+  const float min =
+      std::max(job.request.depth_begin, static_cast<float>(job.request.depth_min) - 1);
+  const float max = std::min(job.request.depth_end, static_cast<float>(job.request.depth_max) + 1);
   const auto grown = [&](Plane& plane) {
     plane.include(min, max);
     plane.tight = false;
@@ -878,7 +904,8 @@ void DepositTile(TileJob& job) {
           first = &job.tile->first;
         }
         Plane* const own = &job.writable->first;
-        // Easy: the ray is empty, or exactly one span grows and the tile has only this material.
+        // Vectors can handle a ray that is empty, or in which the deposit touches exactly one span.
+        // All spans of the tile must have the deposit's material.
         const bool sole = job.tile->empty || job.tile->material == job.request.material;
         unsigned hard = add_bits;
         if (sole) {
@@ -958,8 +985,8 @@ void PaintTile(TileJob& job) {
   }
 }
 
-// Stores normals for the ends that `ends` marks. cutting: material ends where the tool begins;
-// growing: it begins there.
+// Stores the normals of the ends marked in `job.ends`. After a cut, material ends where the tool
+// begins. After a deposit, it begins there.
 void StoreNormals(TileJob& job, bool cutting) {
   const DF d;
   const DU du;
@@ -1022,7 +1049,7 @@ void ClearSums(TileJob& job) {
   for (CellSet& cells : job.chip_cells) cells.clear();
 }
 
-// Sums all lanes. Fixed pairwise trees, so that the order does not depend on the vector's width.
+// Adds all lanes, in fixed pairs. So the order does not depend on the vector's width.
 void ReduceSums(const LaneSums& sums, LaneTotals& totals) {
   for (size_t i = 0; i < LaneSums::kCount; i++) {
     double x[kTileSide / 2], by_lane[kTileSide / 2];
@@ -1088,10 +1115,10 @@ template <class F>
 static bool any_tool_interval(TileJob& job, const Index3& node, F&& f) {
   const auto u = static_cast<int>(node[0]), v = static_cast<int>(node[1]);
   // The z field is edited only in these tiles.
-  if (node[2] < 0 || u < job.request.z_begin[0] || u >= job.request.z_end[0] ||
-      v < job.request.z_begin[1] || v >= job.request.z_end[1])
+  if (!job.request.z || node[2] < job.request.z->depth_begin() || u < job.request.z_begin[0] ||
+      u >= job.request.z_end[0] || v < job.request.z_begin[1] || v >= job.request.z_end[1])
     return false;
-  const RayTile rays{Axis::z, u / kTileSide * kTileSide, v / kTileSide * kTileSide};
+  const RayTile rays{Axis::z, u - place_in_tile(u), v - place_in_tile(v)};
   const int slot = (v - rays.v0) * kTileSide + u - rays.u0;
   for (int layer = 0;; layer++) {
     if (!(job.ties_rays == rays) || job.ties_layer != layer) {
@@ -1121,8 +1148,8 @@ static bool tool_holds(TileJob& job, const Index3& node) {
 static bool deposit_will_hold(TileJob& job, const Index3& node) {
   const float depth = static_cast<float>(node[2]) + 0.5f;
   const FieldSnapshot& z = *job.request.z;
-  if ((node < 0).any() || node[0] >= z.nodes_u() || node[1] >= z.nodes_v()) return false;
-  // The span around the node, as far as it is known.
+  if (node[2] < z.depth_begin() || !z.has_ray(node[0], node[1])) return false;
+  // The part of the new span around the node that is known so far.
   float lo = kFar, hi = -kFar;
   // The gap around `at`, and the span that holds it.
   struct Around {
@@ -1130,7 +1157,7 @@ static bool deposit_will_hold(TileJob& job, const Index3& node) {
     bool held = false, own = false;
     float in = 0, out = 0;
   };
-  // `up`: of the part above `at`; otherwise of the part below it.
+  // If two spans touch at `at`, `up` selects the upper one, otherwise the lower one.
   const auto around = [&](float at, bool up) {
     Around result;
     z.for_spans(node[0], node[1], [&](const Span& span) {
@@ -1170,8 +1197,8 @@ static bool deposit_will_hold(TileJob& job, const Index3& node) {
   return true;
 }
 
-// Of a deposit's overlap with a span that ends at `depth`: the material of the span that continues
-// there, or -1.
+// For a span with an end at `depth`, its upper one if `at_hi`: the material of the span that
+// touches this end, or -1 if there is none.
 static int material_beyond(const TileJob& job, int row, int lane, float depth, bool at_hi) {
   const int slot = row * kTileSide + lane;
   for (const Plane* p = &job.tile->first; p && !p->empty_at(slot); p = p->next)
@@ -1192,15 +1219,16 @@ bool holds_node(TileJob& job, int row, int lane, int k, EndOf end, int material,
     if (end == EndOf::tool) return deposit_will_hold(job, node);
     if (end == EndOf::met) return !z.holds(node, own, kTie);
     if (const int beyond = material_beyond(job, row, lane, depth, at_hi); beyond >= 0) {
-      // Two spans meet here, and both ends stay. They change only if the deposit continues one of
-      // the spans along z, so that its material holds the node from now on.
+      // Two spans touch here, and both ends stay. The result differs only if the deposit extends
+      // one of the spans along z, so that its material then holds the node.
       if (at_hi) return false;
       const bool gained = (material == own || beyond == own) && !z.holds(node, own, kTie) &&
                           deposit_will_hold(job, node);
       return !gained;
     }
-    // An end of its own material vanishes. At other material, the deposit gets an end. Both
-    // materials may fail to hold the node by kTie, so the end of the deposit decides.
+    // An end of the deposit's own material vanishes. At other material, the deposit gets a new end,
+    // which decides. The other material's end cannot decide: near the node, neither material may
+    // hold it with the margin kTie.
     return material == own ? z.holds(node, own, kTie) : !deposit_will_hold(job, node);
   }
   const bool before = z.holds(node, material, kTie) &&
@@ -1272,7 +1300,8 @@ void add_overlap(TileJob& job, int row, int lane, const Overlap& overlap, uint8_
                  int sign, double late) {
   const int ui = u_index(job.rays.axis), vi = v_index(job.rays.axis),
             ti = depth_index(job.rays.axis);
-  // The overlap counts as the deposited material, because it is subtracted from that volume.
+  // In a deposit, the overlap counts as the deposited material, because it is subtracted from that
+  // volume.
   const uint8_t material =
       job.request.material == kMixedMaterial ? span_material : job.request.material;
   RemovedPart& part = job.removed->part(material);
@@ -1337,15 +1366,14 @@ void add_overlap(TileJob& job, int row, int lane, const Overlap& overlap, uint8_
 
 // A deposit that was clipped at the lattice's border ends in a face perpendicular to the ray.
 static void face_lattice(TileJob& job) {
-  const auto depth = static_cast<float>(job.request.nodes_depth);
   for (int slot = 0; slot < kTileRays; slot++) {
     if (!((job.spans.rows >> (slot / kTileSide)) & 1)) continue;
-    if (job.spans.lo[slot] == 0) job.spans.codes.lo[slot] = 0;
-    if (job.spans.hi[slot] == depth) job.spans.codes.hi[slot] = 0;
+    if (job.spans.lo[slot] == job.request.depth_begin) job.spans.codes.lo[slot] = 0;
+    if (job.spans.hi[slot] == job.request.depth_end) job.spans.codes.hi[slot] = 0;
   }
 }
 
-// Adds the chip sums of a volume with that first moment.
+// Adds the chip sums to `part`. `volume`, `moment`: the volume of these sums, and its first moment.
 static void flush_chip(const TileJob& job, RemovedPart& part, double volume, const Vec3& moment) {
   const Axis axis = job.rays.axis;
   const int u = u_index(axis), v = v_index(axis), t = depth_index(axis);
@@ -1356,7 +1384,7 @@ static void flush_chip(const TileJob& job, RemovedPart& part, double volume, con
   }
   const Vec3* const along = job.request.motion->along;
   const double share = along ? (*along)[t] : 1;
-  // About the point from which they are counted.
+  // Second moments about the point (u_ref, v_ref, t_ref).
   Mat3 second;
   second(u, u) = share * sum[ChipLanes::uu] + volume / 12;
   second(v, v) = share * sum[ChipLanes::vv] + volume / 12;
@@ -1364,7 +1392,7 @@ static void flush_chip(const TileJob& job, RemovedPart& part, double volume, con
   second(u, v) = second(v, u) = share * sum[ChipLanes::uv];
   second(u, t) = second(t, u) = share * 0.5 * sum[ChipLanes::ut2];
   second(v, t) = second(t, v) = share * 0.5 * sum[ChipLanes::vt2];
-  // About the reference; the point is `off` from it.
+  // Converts them to moments about Motion::reference. The point is `off` from it.
   Vec3 off;
   off[u] = double{job.request.u_ref} - job.request.motion->reference[u];
   off[v] = double{job.request.v_ref} - job.request.motion->reference[v];
@@ -1429,8 +1457,8 @@ void flush_sums(TileJob& job) {
     flush_chip(job, part, part.volume() - volume_before, part.moment - moment_before);
 }
 
-// Clipped to the lattice, an end may have no normal. Then it is perpendicular to the ray, unless
-// the solid sets another.
+// Sets the codes of these rows to 0, which is perpendicular to the ray. The solid may set no normal
+// at an end that was clipped to the lattice.
 static void clear_codes(SpanLayer& layer, unsigned rows) {
   for (unsigned left = rows; left; left &= left - 1) {
     const int slot = __builtin_ctz(left) * kTileSide;
@@ -1474,7 +1502,7 @@ static void edit_scalar_rays(TileJob& job, Tile& tile, bool growing) {
       }
     }
   for (Plane* p = &tile.first; p; p = p->next) p->tight = false;
-  job.shrank |= growing;  // a cut leaves only splits, but a deposit may join spans
+  job.shrank |= growing;  // here cuts only split spans, but deposits may join them
 }
 
 void take_sums(TileJob& job) {

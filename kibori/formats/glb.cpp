@@ -4,8 +4,8 @@
 //
 //   scene -> nodes (a tree of transforms) -> meshes -> primitives -> accessors -> buffer views
 //
-// A file is hostile. The type of every member of the JSON is checked before use. Every range
-// is compared with the bytes that exist.
+// A file may be malicious. Therefore, the parser checks the type of each member of the JSON before
+// use, and compares each range with the size of the data.
 #include <kibori/formats/glb.h>
 
 #include <algorithm>
@@ -36,7 +36,8 @@ constexpr size_t kShownJsonBytes =
 constexpr double kMmPerMetre = 1000;
 constexpr std::string_view kDraco = "KHR_draco_mesh_compression";
 
-// Internal to this file. It stops the parser at any place, and is converted to an Error at the end.
+// An exception that does not leave this file. It stops the parser, and parse_glb converts it to an
+// Error.
 struct Refusal : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -50,7 +51,8 @@ const Json& member(const Json& object, const char* key) {
   return found == object.end() ? kNone : *found;
 }
 
-// A whole number from 0 to 2^53. Some programs write 24.0.
+// Converts a number to an integer from 0 to 2^53; nullopt for anything else. Some programs write
+// integers as 24.0.
 std::optional<uint64_t> whole(const Json& value) {
   if (!value.is_number()) return std::nullopt;
   const double number = value.get<double>();
@@ -88,12 +90,13 @@ const Json& list(const Json& object, const char* key) {
 
 Json parse_object(std::string_view text) {
   text = without_bom(text);
-  while (!text.empty() && is_space(text.back())) text.remove_suffix(1);  // NUL pads some files
+  while (!text.empty() && is_space(text.back())) text.remove_suffix(1);  // some files end with NUL
   std::string why, ascii(text);
   Json json = parse_json(ascii, &why);
   if (json.is_discarded()) {
-    // Names in other encodings are no reason to refuse a file. Only names of files need letters
-    // beyond ASCII, and those are UTF-8.
+    // The text may be invalid because it contains names that are not UTF-8. Names of objects are
+    // not used, so all bytes beyond ASCII are replaced. A data file with such a name is then not
+    // found.
     for (char& c : ascii)
       if (static_cast<unsigned char>(c) >= 0x80) c = '?';
     json = parse_json(ascii, &why);
@@ -124,7 +127,7 @@ Container open_container(std::string_view bytes) {
     if (first != std::string_view::npos && text[first] == '{') return {text, std::nullopt};
     throw Refusal("it does not begin with 'glTF'; check that it is a GLB file");
   }
-  if (bytes.size() < kGlbHeader + kChunkHeader) throw Refusal("is cut short; export it again");
+  if (bytes.size() < kGlbHeader + kChunkHeader) throw Refusal("it is cut short; export it again");
   if (const uint32_t version = number_at(bytes, 4); version != 2)
     throw Refusal("has version " + std::to_string(version) + " of glTF; export it as version 2");
   // The padding of the last chunk may be missing.
@@ -136,7 +139,8 @@ Container open_container(std::string_view bytes) {
     throw Refusal("its first chunk is not JSON; export it again");
   if (size > bytes.size() - json) throw Refusal("its JSON is cut short; export it again");
   Container container{bytes.substr(json, size), std::nullopt};
-  // Chunks begin at multiples of four. Older programs did not pad the JSON.
+  // Chunks begin at multiples of four bytes. Older programs did not pad the JSON. Therefore, a
+  // binary chunk directly after it is accepted, too.
   for (size_t at = json + size; at <= bytes.size() && bytes.size() - at >= kChunkHeader;) {
     const size_t padded = (at + 3) / 4 * 4;
     const auto type = [&](size_t begin) {
@@ -183,7 +187,7 @@ std::string decode_base64(std::string_view text, const std::string& where) {
 // --- data in other files
 
 constexpr std::string_view kDataUri = "data:";
-// Ends the messages about other files.
+// The end of messages about other files.
 constexpr const char* kUseGlb = ", or save all as one GLB file (.glb)";
 
 int hex_digit(char c) {
@@ -192,7 +196,8 @@ int hex_digit(char c) {
   return lower >= 'a' && lower <= 'f' ? lower - 'a' + 10 : -1;
 }
 
-// Undoes the escapes of a URI. A % without two digits stays: some programs do not escape names.
+// Decodes the %XX escapes of a URI. A % without two hex digits is kept, because some programs do
+// not escape names.
 std::string unescaped(std::string_view uri) {
   std::string text;
   for (size_t i = 0; i < uri.size(); i++) {
@@ -204,7 +209,8 @@ std::string unescaped(std::string_view uri) {
   return text;
 }
 
-// True if a path can leave its folder. A \ counts as a /, because it is one on Windows.
+// True if a path is absolute or contains `..`. A \ counts as a /, because it is a separator on
+// Windows.
 bool leaves_folder(const std::string& path) {
   const auto is_separator = [](char c) { return c == '/' || c == '\\'; };
   if (is_separator(path.front())) return true;
@@ -225,18 +231,18 @@ Result<std::vector<char>> read_named(const std::string& uri, const std::filesyst
   };
   const std::string name = unescaped(uri), outside = "outside of the file's folder; copy it there";
   if (name.empty() || name.find('\0') != std::string::npos)
-    return refused("which is no name of a file; export it again");
+    return refused("which is not the name of a file; export it again");
   if (const size_t colon = name.find(':'); colon < name.find_first_of("/\\")) {
-    // One letter is a drive of Windows.
+    // A single letter before the colon is a Windows drive.
     if (colon == 1) return refused(outside);
     if (colon != std::string::npos)
-      return refused("and Kibori opens no addresses; put it next to the file");
+      return refused("but Kibori does not load web addresses; save it next to the file");
   }
   if (leaves_folder(name)) return refused(outside);
   const fs::path folder = from.parent_path().empty() ? fs::path(".") : from.parent_path();
   std::error_code error;
   const fs::path inside = fs::canonical(folder, error), path = fs::canonical(folder / name, error);
-  if (error) return refused("which is not there; put it next to the file");
+  if (error) return refused("which does not exist; put it next to the file");
   // A link may lead out of the folder.
   const fs::path steps = path.lexically_relative(inside);
   if (steps.empty() || *steps.begin() == "..") return refused(outside);
@@ -281,15 +287,15 @@ double value_at(const char* at, bool normalized) {
   return static_cast<double>(value);
 }
 
-// Elements of one component type, some of which may be replaced by sparse ones.
+// Elements of one component type. A sparse accessor replaces some of them.
 struct Accessor {
   ComponentType type = ComponentType::float32;
   bool normalized = false;
   size_t count = 0, components = 1;
   const char* data = nullptr;  // null: zeros
   size_t stride = 0;
-  std::vector<uint64_t> replaced;  // ascending
-  const char* replacements = nullptr;
+  std::vector<uint64_t> replaced;      // indices of the replaced elements, ascending
+  const char* replacements = nullptr;  // their new values
 
   double at(size_t index, size_t component) const {
     const size_t size = component_bytes(type);
@@ -332,7 +338,8 @@ class GlbParser {
   TriangleMesh run() {
     check_version();
     check_extensions();
-    std::vector<std::pair<size_t, Eigen::Matrix4d>> open;  // nodes, and the transforms above them
+    // The nodes to visit, each with the transform from its parent to the world.
+    std::vector<std::pair<size_t, Eigen::Matrix4d>> open;
     const std::vector<uint64_t> roots = find_roots();
     for (auto root = roots.rbegin(); root != roots.rend(); ++root)
       open.emplace_back(*root, Eigen::Matrix4d::Identity());
@@ -390,7 +397,7 @@ class GlbParser {
       throw Refusal("has version " + in_quotes(version) + " of glTF; export it as version 2.0");
   }
 
-  // True if an extension changes no triangle.
+  // True if triangles are read correctly without regard to the extension.
   static bool is_harmless(std::string_view extension) {
     for (const std::string_view prefix :
          {"KHR_materials_", "EXT_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_",
@@ -419,7 +426,7 @@ class GlbParser {
         note("its extension " + in_quotes(used) + " is ignored");
   }
 
-  // The nodes of the default scene. Without scenes: the nodes that are no node's child.
+  // The nodes of the default scene. If the file has no scenes: the nodes without a parent.
   std::vector<uint64_t> find_roots() {
     const Json& scenes = list(json_, "scenes");
     std::vector<uint64_t> roots;
@@ -546,8 +553,9 @@ class GlbParser {
         add(i + 1, i + 2, 0);
   }
 
-  // Appends the vertices that `corners` refer to. Returns the new index of each corner. In files of
-  // many programs, parts share one list of vertices and use a few of them each.
+  // Appends the vertices that `corners` refer to. Returns the new index of each corner. Other
+  // vertices are left out: in the files of many programs, all parts share one list of vertices, and
+  // each part uses a few of them.
   std::vector<uint32_t> add_vertices(const Accessor& points, const std::vector<uint32_t>& corners,
                                      const Eigen::Matrix4d& to_world, const std::string& where) {
     std::vector<uint32_t> used = corners;
@@ -621,7 +629,7 @@ class GlbParser {
     return {all.substr(from, length), whole_member(about, "byteStride", where, 0)};
   }
 
-  // The first of `count` elements in a view.
+  // Pointer to the first of `count` elements in a view. Throws if they exceed the view.
   const char* elements(const View& view, uint64_t offset, uint64_t count, size_t size,
                        size_t stride, const std::string& where) const {
     if (count == 0) return view.bytes.data();
@@ -642,8 +650,8 @@ class GlbParser {
                   ", which glTF does not know; export it again");
   }
 
-  // `packed`: the primitive is also stored compressed. The accessor is then for readers that cannot
-  // decompress.
+  // `packed`: the primitive also has compressed data (Draco). Then an accessor without a bufferView
+  // is an error, because its elements are only in the compressed data.
   Accessor accessor(uint64_t index, size_t components, bool packed) {
     const Json& about = item("accessors", index);
     const std::string where = "accessor " + std::to_string(index);
@@ -657,8 +665,8 @@ class GlbParser {
       throw Refusal(where + " has indices that are not whole numbers; export it again");
     made.normalized = member(about, "normalized") == Json(true);
     const uint64_t count = whole_member(about, "count", where);
-    // Elements without bytes are zeros. Valid files have few of them, so the limit does not affect
-    // them.
+    // An accessor without a bufferView consists of zeros. It needs no bytes, so only this limit
+    // keeps a malicious count small. Valid files do not reach the limit.
     if (count > size_)
       throw Refusal(where + " has " + std::to_string(count) + " elements, but the file has " +
                     std::to_string(size_) + " bytes; export it again");
@@ -706,10 +714,10 @@ class GlbParser {
   const Container container_;
   const Json json_;
   const GltfFiles* files_;
-  const size_t size_;  // of the file, and of the files that it names
+  const size_t size_;  // bytes of the file and of the files that it names
   std::vector<std::string>* notes_;
   std::set<std::string> noted_;
-  std::vector<std::optional<std::string>> decoded_;  // buffers
+  std::vector<std::optional<std::string>> decoded_;  // data URIs, by the index of the buffer
   TriangleMesh mesh_;
   bool points_ = false;
 };
@@ -726,7 +734,7 @@ GltfFiles read_gltf_files(std::string_view bytes, const std::filesystem::path& p
             !text.starts_with(kDataUri) && !files.contains(text))
           files.emplace(text, read_named(text, path));
   } catch (const Refusal&) {
-    // parse_glb reports it.
+    // parse_glb finds and reports the same error.
   }
   return files;
 }

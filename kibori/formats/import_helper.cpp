@@ -36,18 +36,20 @@ namespace kibori {
 namespace {
 
 constexpr int kResultHandle = 3;             // the memory file's handle in the helper
-constexpr uint64_t kMaxNoteBytes = 1 << 14;  // max size of messages that are read
-constexpr uint64_t kMaxNameBytes = 1 << 24;
+constexpr uint64_t kMaxNoteBytes = 1 << 14;  // max size of all notes of a mesh
+constexpr uint64_t kMaxNameBytes = 1 << 24;  // max size of all names of a volume's labels
 constexpr int kMaxVoxelsAlong = 2048;
 constexpr char kMeshMagic[8] = {'K', 'I', 'B', 'M', 'E', 'S', 'H', '1'};
 constexpr char kVolumeMagic[8] = {'K', 'I', 'B', 'V', 'O', 'L', 'U', '1'};
 
-// The memory file of a mesh: this, vertices, triangles, and notes that end with a line feed each.
+// Head of the memory file of a mesh. The vertices, the triangles and the notes follow it. Each note
+// ends with a line feed.
 struct MeshHead {
   char magic[8];
   uint64_t vertices, triangles;
 };
-// The memory file of a volume: this, the labels of its voxels, and lines of a label and its name.
+// Head of the memory file of a volume. The labels of the voxels follow it, and then the names. Each
+// name is a line: the label, a space, the name.
 struct VolumeHead {
   char magic[8];
   int32_t size[3];
@@ -55,8 +57,8 @@ struct VolumeHead {
   double voxel_mm[3];
 };
 
-// The size of a file. A .gltf file has its data in .bin files next to it. Their names are unknown
-// here, so all of them count.
+// The size of a file [bytes]. A .gltf file has its data in .bin files next to it. Their names are
+// unknown here, so all .bin files of the folder are added.
 double bytes_of(const std::filesystem::path& path) {
   namespace fs = std::filesystem;
   const auto size = [](const fs::path& file) {
@@ -73,7 +75,8 @@ double bytes_of(const std::filesystem::path& path) {
   return bytes;
 }
 
-// Parsers read megabytes per second, so this is far more than any parser needs.
+// The time limit for a file [s]. Every parser reads several megabytes per second, so 1 s per MB is
+// ample.
 double seconds_for(const std::filesystem::path& path) { return 10 + bytes_of(path) * 1e-6; }
 
 std::string helper_program() {
@@ -101,7 +104,7 @@ class Handle {
   int number_;
 };
 
-// End of a sentence about a failure that no file should cause.
+// End of a message about a failure that is a bug of Kibori, not a fault of the file.
 constexpr const char* kOurFault =
     ", which is a bug of Kibori, not of the file; please report it, and use another format until "
     "it is fixed";
@@ -140,8 +143,8 @@ bool read_head(int handle, const char (&magic)[8], Head& head, uint64_t& bytes) 
   return true;
 }
 
-// Reads the mesh that the helper wrote to the memory file. It checks everything, because the helper
-// may be compromised.
+// Reads the mesh that the helper wrote to the memory file. All counts, coordinates and indices are
+// checked, because a malicious file may control the helper.
 Result<TriangleMesh> receive_mesh(int handle, const std::string& name,
                                   std::vector<std::string>* notes) {
   const Error broken{name + ": the importer returned an invalid mesh" + kOurFault};
@@ -176,7 +179,7 @@ Result<TriangleMesh> receive_mesh(int handle, const std::string& name,
   return mesh;
 }
 
-// The same for a volume.
+// Reads and checks the volume that the helper wrote to the memory file.
 Result<LabelVolume> receive_volume(int handle, const std::string& name) {
   const Error broken{name + ": the importer returned an invalid volume" + kOurFault};
   VolumeHead head;
@@ -210,8 +213,8 @@ Result<LabelVolume> receive_volume(int handle, const std::string& name) {
   return volume;
 }
 
-// Collects the helper's standard error until the helper closes it. Returns false if the time limit
-// is reached first.
+// Collects at most 4096 bytes of the helper's standard error until the helper closes it. Returns
+// false if the time limit is reached first.
 bool listen(int handle, double seconds, std::string& output) {
   const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
   for (;;) {
@@ -232,15 +235,15 @@ bool listen(int handle, double seconds, std::string& output) {
   }
 }
 
-// Runs the helper on a file. Returns no error if the helper wrote its result to `memory`.
+// Runs the helper on a file. If the helper succeeds, its result is in `memory`.
 Status run_helper(const std::filesystem::path& path, const Handle& memory) {
   const std::string name = path.string();
   const std::string program = helper_program();
   int ends[2] = {-1, -1};
   const bool piped = pipe2(ends, O_CLOEXEC) == 0;
   Handle from(ends[0]), pipe_end(ends[1]);
-  // These numbers are above the helper's own. dup2 of a handle onto itself would keep
-  // close-on-exec, and exec would close it.
+  // Copies both handles to numbers above kResultHandle, so that dup2 below never copies a handle
+  // onto itself. Such a copy keeps close-on-exec, and exec would close the handle.
   Handle to(fcntl(pipe_end.get(), F_DUPFD_CLOEXEC, kResultHandle + 1)),
       result(fcntl(memory.get(), F_DUPFD_CLOEXEC, kResultHandle + 1));
   if (!piped || to.get() < 0 || result.get() < 0)
@@ -284,7 +287,8 @@ Status run_helper(const std::filesystem::path& path, const Handle& memory) {
     return Error{name + ": crashes the importer (signal " + std::to_string(WTERMSIG(status)) + ")" +
                  kOurFault};
   if (WEXITSTATUS(status) == 127)
-    return Error{name + ": can't be read because '" + program + "' does not start"};
+    return Error{name + ": can't be read because '" + program +
+                 "' does not start; install Kibori again"};
   if (WEXITSTATUS(status) != 0) {
     output.resize(std::min(output.find('\n'), output.size()));
     return Error{output.empty() ? name + ": can't be read" : sanitize_message(output)};
@@ -293,8 +297,8 @@ Status run_helper(const std::filesystem::path& path, const Handle& memory) {
 }
 
 #ifndef KIBORI_SANITIZED
-// After this call, this process can read files below `folder` and open no others. Null: it opens
-// none.
+// After this call, this process can read files below `folder`, and cannot open other files. If
+// `folder` is null, it can open no file. Does nothing if the kernel has no Landlock.
 void restrict_files(const std::filesystem::path* folder) {
   landlock_ruleset_attr nothing = {};
   // All access rights that Landlock's first version knows.
@@ -340,11 +344,11 @@ bool limit_helper(const std::filesystem::path& path) {
   };
   std::error_code error;
   if (!std::filesystem::exists(path, error)) return true;  // the parser reports the error
-  // Parsers hold a file several times, as text, tokens and numbers.
+  // A parser keeps several copies of a file in memory: as text, tokens and numbers.
   double memory = 1e9 + 200 * bytes_of(path);
   if (const double there = available_bytes(); there > 0)
     memory = std::min(memory, std::max(1e9, 0.8 * there));
-  prctl(PR_SET_PDEATHSIG, SIGKILL);  // nobody reads the result of a caller that has ended
+  prctl(PR_SET_PDEATHSIG, SIGKILL);  // after the caller has ended, nobody reads the result
 #ifdef KIBORI_SANITIZED
   const bool bounded = true;  // sanitisers reserve terabytes of address space
 #else
@@ -391,7 +395,7 @@ void confine_helper() {
       SYS_io_uring_setup,
       SYS_kill,
       SYS_tkill};
-  // The filter rejects all calls of another architecture, and x86-64's calls with short pointers.
+  // The filter rejects all calls of another architecture, and x86-64's calls with 32-bit pointers.
   std::vector<sock_filter> filter = {
       BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, arch)),
       BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, kMachine, 1, 0),

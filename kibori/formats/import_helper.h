@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Connects this process with kibori-import, the program that runs the parsers of meshes and
-// labelled volumes. The helper gets the path of a file and an open memory file. It has limits on
-// memory and time, and it may crash.
+// labelled volumes. The helper gets the path of a file and writes its result to a memory file. Its
+// memory and time are limited. If it crashes, this process returns an error.
 #pragma once
 
 #include <filesystem>
@@ -14,28 +14,30 @@
 
 namespace kibori {
 
-// Reads a mesh with kibori-import. The program is searched in $KIBORI_IMPORT, next to the running
-// program, and on the PATH. `notes` receives what the parser left out. Errors: the parser's
-// message, or one sentence about how the helper ended (crash, memory, time).
+// Reads a mesh with kibori-import. $KIBORI_IMPORT names that program. If it is not set, the program
+// is looked for next to the running one and on the PATH. `notes` receives what the parser left out.
+// Errors: the parser's message, or one sentence about how the helper ended (crash, memory, time).
 Result<TriangleMesh> read_in_helper(const std::filesystem::path& path,
                                     std::vector<std::string>* notes = nullptr);
 
-// The same for a labelled volume. Its values are 0 for air.
+// Reads a labelled volume with kibori-import, which is found in the same way. The label 0 is air.
 Result<LabelVolume> read_volume_in_helper(const std::filesystem::path& path);
 
-// For the helper. limit_helper lowers this process's limits to what a file of this size can need.
-// The size of a .gltf file includes the .bin files in its folder.
-// The others write a mesh and its notes, or a volume, to the memory file. All return false if they
-// fail.
+// The functions below are for the helper. The three that return bool return false if they fail.
+//
+// Lowers this process's limits to what a file of this size can need. The size of a .gltf file
+// includes the .bin files in its folder.
 bool limit_helper(const std::filesystem::path& path);
+// Write a mesh and its notes, or a volume, to the memory file.
 bool send_mesh(const TriangleMesh& mesh, const std::vector<std::string>& notes);
 bool send_volume(const LabelVolume& volume);
-// For the helper. After this call, this process cannot open a file or a socket, or start a program.
-// The kernel enforces this as far as it can (Landlock since Linux 5.13, and seccomp). Handles that
-// are open stay open.
+// After this call, this process cannot open a file or a socket, or start a program. Open handles
+// stay open. The kernel enforces this with Landlock (since Linux 5.13) and, on x86-64 and ARM64,
+// with seccomp. In sanitiser builds, this function does nothing.
 void confine_helper();
-// The same, but files below `folder` can be read. confine_helper takes that away, too. Without
-// Landlock, all files can be read until then.
+// After this call, this process can read files below `folder`, and cannot open other files. Sockets
+// are not restricted. Call confine_helper after it: that call also revokes access to `folder`. If
+// the kernel has no Landlock, and in sanitiser builds, this function restricts nothing.
 void confine_helper_to(const std::filesystem::path& folder);
 
 }  // namespace kibori

@@ -112,7 +112,7 @@ void McapWriter::write(uint16_t channel, uint64_t time_ns, const std::string& me
   chunk_last_ = time_ns;
   if (messages_ == 0) first_ns_ = time_ns;
   last_ns_ = time_ns;
-  // Each chunk repeats the schema and the channel, so that a reader can read it alone.
+  // Each chunk repeats the schemas and the channels, so that a reader can read the chunk alone.
   if (!std::exchange(to.announced, true)) {
     chunk_ += record(kSchema, to.schema);
     chunk_ += record(kChannel, to.channel);

@@ -18,14 +18,15 @@ class McapWriter {
   // `program`: name of the program that writes the file.
   McapWriter(const std::filesystem::path& path, const std::string& program);
 
-  // Adds a channel and returns its number, from 1. Messages are JSON that matches the schema (JSON
-  // Schema).
+  // Adds a channel and returns its number; the first is 1. Its messages are JSON. They must match
+  // `json_schema`, which is a JSON Schema.
   uint16_t add_channel(const std::string& topic, const std::string& schema_name,
                        const std::string& json_schema);
   void add_metadata(const std::string& name, const std::map<std::string, std::string>& entries);
-  // Messages must come in order of time.
+  // Call it in order of time, across all channels.
   void write(uint16_t channel, uint64_t time_ns, const std::string& message);
-  // Errors: those of the file. The file is complete or does not exist.
+  // Writes the index and moves the file into place. Errors: the file cannot be written. Then a file
+  // that existed at `path` before is unchanged.
   Status commit();
 
  private:
@@ -33,8 +34,8 @@ class McapWriter {
   struct Channel {
     Record schema, channel;
     uint64_t messages = 0;
-    Record index;  // of the chunk: times and offsets
-    bool announced = false;
+    Record index;            // times and offsets of its messages in the current chunk
+    bool announced = false;  // true if the current chunk contains its schema and channel
   };
   struct Chunk {
     uint64_t first_ns, last_ns, at, bytes, index_bytes, size;

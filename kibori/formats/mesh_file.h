@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Reads triangle meshes from files. Every file counts as hostile until it is parsed. Every count is
-// checked against the available bytes, and every number must be finite. This process reads STL
-// (binary and ASCII). The program kibori-import reads all other formats. Therefore, a parser that
-// crashes or runs out of memory causes one error message here.
+// Reads triangle meshes from files. A file may be malicious. Therefore, every count is checked
+// against the available bytes, and every number must be finite. This process reads STL (binary and
+// ASCII). The program kibori-import reads all other formats. If a parser there crashes or runs out
+// of memory, this process only gets an error message.
 #pragma once
 
 #include <filesystem>
@@ -14,11 +14,12 @@
 
 namespace kibori {
 
-// The mesh in mm with Z up: .stl, .obj, .ply and .off have no units and are taken as they are; .3mf
-// is scaled by its unit; .glb and .gltf are turned from Y up and scaled from metres. `notes`
-// receives a sentence, with the file's name, for everything that was left out. Errors: unknown
-// ending, unreadable, malformed (with byte or line), no triangles, non-finite coordinates, more than
-// kMaxImportTriangles, what read_in_helper says.
+// Returns the mesh of a file in mm. The numbers of .stl, .obj, .ply and .off files are taken as mm,
+// and their axes are not changed. .3mf is scaled by its unit. .glb and .gltf are scaled from
+// metres, and turned from Y up to Z up. `notes` receives a sentence, with the file's name, for
+// everything that was left out. Errors: unknown ending, unreadable, malformed (with byte or line),
+// no triangles, non-finite coordinates or some beyond kMaxCoordinate. Also more than
+// kMaxImportTriangles, which .stl files may exceed, and the errors of read_in_helper.
 Result<TriangleMesh> read_mesh(const std::filesystem::path& path,
                                std::vector<std::string>* notes = nullptr);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The formats of mesh files, one row each. Command line, studio, page and Python take their lists
-// from here. CONTRIBUTING.md says what else a new format needs.
+// The formats of mesh files, one row each. The command line, the studio, its page and the Python
+// module take their lists from here. CONTRIBUTING.md says what else a new format needs.
 #pragma once
 
 #include <algorithm>
@@ -13,13 +13,15 @@ namespace kibori {
 
 // One format of mesh files.
 struct MeshFormat {
-  // The axis of the file that points up. `turned`: always y, and the reader turns it. `perhaps_z`:
-  // z, unless the mesh stands more stably with y up.
+  // The axis of the file that points up. `turned`: always y, and the reader turns it to z.
+  // `mostly_y`, `mostly_z`: this axis, unless the mesh has a much larger flat base with the other
+  // axis up. `perhaps_z`: like mostly_z; but if the mesh has no flat base with z up, y is up if
+  // the centre of mass is then lower.
   enum class Up { turned, mostly_y, mostly_z, perhaps_z };
 
   std::string_view ending;  // lower case, as ending_of returns it
   bool written;             // true if write_surface supports it
-  double unit_mm;           // one unit of the file, which the reader has converted to mm
+  double unit_mm;           // scale from the file to mm; 1 if the file states its own unit
   const char* unit_note;    // a sentence for users, without its full stop
   Up up;
 };
@@ -64,8 +66,8 @@ constexpr bool is_one_of(const auto& endings, std::string_view ending) {
   return std::find(endings.begin(), endings.end(), ending) != endings.end();
 }
 
-// Joins endings, for example ".stl, .ply and .glb" by ", " and " and ". `last` defaults to
-// `between`.
+// Joins endings. For example, `between` = ", " and `last` = " and " give ".stl, .ply and .glb". An
+// empty `last` means `between`.
 std::string list_of(const auto& endings, std::string_view between = ", ",
                     std::string_view last = {}) {
   std::string text;

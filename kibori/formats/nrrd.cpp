@@ -122,7 +122,8 @@ std::optional<Vec3> signs_of(std::string_view space) {
   return std::nullopt;
 }
 
-// Returns one sentence without the file's name; empty if there is no error.
+// Reads one field into `header` and `dimension`. Returns an error message without the file's name;
+// empty if there is no error.
 std::string read_field(std::string_view name, std::string_view value, NrrdHeader& header,
                        std::string& dimension) {
   const std::string value_text(value);
@@ -138,7 +139,8 @@ std::string read_field(std::string_view name, std::string_view value, NrrdHeader
     for (int& size : header.sizes)
       if (!read_number(word_of(rest), size) || size < 1 || size > kMaxSide)
         return "has sizes '" + value_text + "'; they must be three numbers from 1 to 2048";
-    if (!trimmed_field(rest).empty()) return "has sizes '" + value_text + "'; they must be three";
+    if (!trimmed_field(rest).empty())
+      return "has sizes '" + value_text + "'; they must be three numbers";
   } else if (name == "encoding") {
     header.encoding = value == "gz"                       ? "gzip"
                       : value == "text" || value == "txt" ? "ascii"
@@ -219,7 +221,7 @@ std::optional<std::vector<char>> inflated(std::span<const char> bytes, size_t sk
   return out;
 }
 
-// The numbers in the file's order; nullopt if one is not a valid label.
+// Labels of raw numbers, in the file's order; nullopt if a number is not a valid label.
 std::optional<std::vector<uint16_t>> labels_of(std::span<const char> bytes,
                                                const NrrdHeader& header, size_t count) {
   std::vector<uint16_t> labels(count);
@@ -295,7 +297,8 @@ void read_names(const NrrdHeader& header, LabelVolume& volume) {
   }
 }
 
-// Reads the lines up to an empty line or to the end of the file. An error has no file name.
+// Reads the lines up to an empty line or to the end of the file. Error messages do not contain the
+// file's name.
 Result<NrrdHeader> read_header(std::span<const char> bytes) {
   const std::string_view all = std::string_view(bytes.data(), bytes.size()).substr(0, kMaxHeader);
   if (!all.starts_with("NRRD000")) return Error{"is not an NRRD file"};
@@ -347,7 +350,7 @@ Error wrong(const std::filesystem::path& path, const std::string& what) {
   return Error{path.string() + " " + sanitize_message(what)};
 }
 
-// The text after the first `lines` line feeds; nullopt if there are fewer.
+// The data after the first `lines` line feeds; nullopt if there are fewer.
 std::optional<std::span<const char>> without_lines(std::span<const char> data, int64_t lines) {
   for (; lines > 0; lines--) {
     const auto feed = std::find(data.begin(), data.end(), '\n');
@@ -384,7 +387,8 @@ Result<LabelVolume> parse_nrrd(std::span<const char> bytes, std::span<const char
   // ---- The data.
   std::span<const char> data = header.data_file.empty() ? bytes.subspan(header.size) : detached;
   const std::string short_of =
-                        "has a different number of labels than its sizes state, or is damaged",
+                        "is damaged, or the number of its labels is not the product of its sizes; "
+                        "export it again",
                     no_label = "has a number that is not a label; labels must be from 0 to 65535";
   const std::optional<std::span<const char>> after_lines = without_lines(data, header.line_skip);
   if (!after_lines) return wrong("has fewer lines than its line skip states");

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Parses labelled volumes from NRRD files (https://teem.sourceforge.net/nrrd/format.html). 3D
 // Slicer and other programs write segmentations in this format. read_volume (volume_file.h) runs
-// this in kibori-import.
+// this parser in kibori-import.
 #pragma once
 
 #include <filesystem>
@@ -18,13 +18,15 @@ namespace kibori {
 Result<std::filesystem::path> nrrd_data_file(std::span<const char> bytes,
                                              const std::filesystem::path& path);
 
-// `bytes`: the whole file. `detached`: the content of nrrd_data_file(). `path` is for messages.
-// The file must have three axes of integers from 0 to 65535: raw, gzip or text. x points to the
-// patient's left, y to the back and z to the head if the file names its space; otherwise they are
-// the file's own axes. Axes are turned by quarter turns to the nearest of these. The remaining turn
-// of an oblique scan and its position are dropped. The corner of the first voxel is at the origin.
-// Names are those of Slicer's segments. Errors: not an NRRD file, damaged, other types or
-// encodings, more than 2048 voxels along an axis or 2^28 in total.
+// `bytes`: the whole file. `detached`: the content of the file that nrrd_data_file names. `path` is
+// for messages. The file must have three axes. Its values must be integers from 0 to 65535, encoded
+// as raw, gzip or text. If the file names an anatomical space, x of the result points to the
+// patient's left, y to the back and z to the head. Otherwise x, y and z are the axes of the file's
+// space; x is reversed if that space is left-handed. The axes of the voxels are permuted and
+// reversed to match these as closely as possible. The remaining rotation of an oblique scan, and
+// its position, are dropped. The corner of the first voxel is at the origin. The names of labels
+// are those of Slicer's segments. Errors: not an NRRD file, damaged, other types, encodings, spaces
+// or units. Also more than 2048 voxels along an axis or 2^28 in total.
 Result<LabelVolume> parse_nrrd(std::span<const char> bytes, std::span<const char> detached,
                                const std::filesystem::path& path);
 

@@ -114,7 +114,7 @@ class ObjParser {
     return !line.empty();
   }
   static bool is_continued(std::string_view line) { return line.ends_with('\\'); }
-  // A statement with the lines that continue it.
+  // Joins the rest of a statement with the lines that continue it.
   std::string continued(std::string_view first) {
     std::string all(first.substr(0, first.size() - 1));
     std::string_view line;
@@ -194,8 +194,8 @@ class ObjParser {
   TriangleMesh mesh_;
   Polygons polygons_;
   std::vector<uint32_t> corners_;  // of one face
-  uint64_t last_ = 0;              // the largest index of a vertex that was still missing
-  int last_line_ = 0;              // the line of that index
+  uint64_t last_ = 0;              // largest index of a vertex that a face used before it was read
+  int last_line_ = 0;              // line of that face
   bool no_area_ = false, free_forms_ = false, weights_ = false, odd_ = false;
 };
 

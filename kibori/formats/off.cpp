@@ -13,15 +13,15 @@
 namespace kibori {
 namespace {
 
-// The content of a vertex, from the first word of the file.
+// The data of each vertex, as the first word of the file announces it.
 struct OffKind {
   bool texture = false, color = false, normal = false, weight = false, dimension = false;
 
-  // Number of numbers per vertex in a file without one line per vertex.
+  // How many numbers a vertex has, for a file without one line per vertex.
   int numbers() const { return 3 + weight + 3 * normal + 4 * color + 2 * texture; }
 };
 
-// [ST][C][N][4][n]OFF; nothing for any other word.
+// Parses [ST][C][N][4][n]OFF; nullopt for any other word.
 std::optional<OffKind> kind_of(std::string_view word) {
   OffKind kind;
   const auto take = [&](std::string_view prefix) {
@@ -75,8 +75,8 @@ class OffParser {
     while (rest.next(line)) count += !is_empty(without_comment(line));
     return count;
   }
-  // Moves to the next line with words, unless the current one has some. Returns false at the end of
-  // the file.
+  // Moves to the next line with words, unless the current line has words left. Returns false at the
+  // end of the file.
   bool more() {
     while (is_empty(words_)) {
       std::string_view line;
@@ -127,7 +127,7 @@ class OffParser {
       return wrong("announces more vertices or faces than fit into the file; export it again");
     if (vertex_count_ > 3 * kMaxImportTriangles)
       return wrong("has more than 300 million vertices; export fewer");
-    if (!is_empty(words_)) take_word(words_);  // the number of edges
+    if (!is_empty(words_)) take_word(words_);  // skips the number of edges
     return Ok{};
   }
   Result<uint64_t> count(const std::string& what) {
@@ -173,7 +173,7 @@ class OffParser {
       for (uint64_t k = 0; k < count.value(); k++) {
         if (line_each && is_empty(words_))
           return wrong("a face of " + std::to_string(count.value()) +
-                       " corners has fewer; export it again");
+                       " corners lists fewer; export it again");
         const std::string_view word = next();
         if (word.empty())
           return Error{name_ + ": ends in the middle of its faces; export it again"};
@@ -184,7 +184,7 @@ class OffParser {
                        std::to_string(vertex_count_) + " counted from 0); export it again");
         corners.push_back(static_cast<uint32_t>(*vertex));
       }
-      if (line_each) words_ = {};  // the colour
+      if (line_each) words_ = {};  // skips the colour
       polygons_.add(mesh_, corners);
       if (mesh_.triangles.size() > kMaxImportTriangles)
         return wrong("has more than 100 million triangles; export fewer");

@@ -24,7 +24,7 @@ enum class Type { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
 
 constexpr std::array<size_t, 8> kBytes = {1, 1, 2, 2, 4, 4, 4, 8};
 constexpr double kRestart = -1,
-                 kUnsignedRestart = 4294967295;  // the same bits if the list has the type uint
+                 kUnsignedRestart = 4294967295;  // -1 in a list of unsigned 32-bit numbers
 
 size_t bytes_of(Type type) { return kBytes[static_cast<size_t>(type)]; }
 
@@ -71,8 +71,8 @@ std::vector<std::string_view> words_of(std::string_view line) {
   return words;
 }
 
-// True if lines of the header end with CR alone, as in the first line. Then a following LF belongs
-// to the next line, or to the binary data.
+// True if the first line of the header ends with CR alone. Then all lines of the header do, and an
+// LF after the last CR is the first byte of binary data.
 bool ends_with_cr(std::string_view text) {
   const size_t end = text.find_first_of("\r\n");
   return end != std::string_view::npos && text[end] == '\r' && text.substr(end, 2) != "\r\n";
@@ -144,7 +144,7 @@ class Numbers {
   // first.
   size_t min_bytes(Type type) const { return form_ == Form::ascii ? 2 : bytes_of(type); }
   size_t room() const { return static_cast<size_t>(end_ - at_) + (form_ == Form::ascii ? 1 : 0); }
-  int line() const { return form_ == Form::ascii ? line_ : 0; }  // 0: no line
+  int line() const { return form_ == Form::ascii ? line_ : 0; }  // 0 in binary files
   const std::string& problem() const { return problem_; }
 
   // Reads the next number. Returns false if there is none; problem() then describes what was found.
@@ -199,8 +199,8 @@ class Numbers {
     }
     return true;
   }
-  // Ends a row. In an ASCII file, each row has its own lines. The rest of its last line belongs to
-  // no property of the header. Returns true if there was a rest.
+  // Ends a row. In an ASCII file, this skips the rest of the line, because each row begins on a new
+  // line. Returns true if the rest contains words, which belong to no property of the header.
   bool end_row() {
     if (form_ != Form::ascii) return false;
     const char* const begin = at_;
@@ -213,7 +213,7 @@ class Numbers {
     return !next_word().empty();
   }
 
-  // A number that is not used may be any word.
+  // Skips a number. In an ASCII file, it may be any word.
   bool skip(Type type) {
     if (form_ == Form::ascii) return !next_word().empty() || ended();
     if (static_cast<size_t>(end_ - at_) < bytes_of(type)) return ended();
@@ -386,7 +386,7 @@ class Parser {
       if (i < begin + 2) continue;
       const bool turned = (i - begin) % 2 == 1;
       const double a = list[turned ? i - 1 : i - 2], b = list[turned ? i - 2 : i - 1], c = list[i];
-      // a degenerate triangle only connects to the next one
+      // A degenerate triangle only connects to the next one.
       if (a != b && b != c && c != a) add(a, b, c);
     }
     if (mesh_.triangles.size() > kMaxImportTriangles) return too_many();

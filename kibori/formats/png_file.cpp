@@ -12,8 +12,6 @@
 namespace kibori {
 namespace {
 
-constexpr int kMaxPixels = 8192;  // pixels per side
-
 // libpng reports errors by longjmp. Therefore, no object with a destructor may be created after
 // setjmp.
 struct Writer {
@@ -29,7 +27,8 @@ Status write_png(const std::filesystem::path& path, int width, int height, int d
   writer.png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
   if (writer.png) writer.info = png_create_info_struct(writer.png);
   if (!writer.info) return Error{path.string() + ": not enough memory to write it"};
-  if (setjmp(png_jmpbuf(writer.png))) return Error{path.string() + ": can't be written"};
+  if (setjmp(png_jmpbuf(writer.png)))
+    return Error{path.string() + ": can't be written; check that the disk has space"};
   png_set_write_fn(
       writer.png, &file,
       [](png_structp png, png_bytep data, png_size_t bytes) {
@@ -88,7 +87,7 @@ Status write_png_grey16(const std::filesystem::path& path, int width, int height
                    static_cast<size_t>(width) * 2);
 }
 
-Result<GreyMap> parse_png_grey(std::span<const char> bytes, const std::string& name) {
+Result<GreyMap> parse_png_grey(std::span<const char> bytes, const std::string& name, int max_side) {
   Reader reader;
   reader.left = bytes;
   GreyMap map;
@@ -105,11 +104,11 @@ Result<GreyMap> parse_png_grey(std::span<const char> bytes, const std::string& n
   if (!reader.info) return Error{name + ": not enough memory to read it"};
   if (setjmp(png_jmpbuf(reader.png)))
     return Error{name + ": is not a valid PNG picture: " + static_cast<const char*>(reader.reason)};
-  png_set_user_limits(reader.png, kMaxPixels, kMaxPixels);
+  png_set_user_limits(reader.png, kMaxPngSide, kMaxPngSide);
   png_set_chunk_malloc_max(reader.png, 1 << 24);
   // Pixels are heights, not brightness on a screen. The four chunks below describe a colour space.
-  // If libpng read them, it would correct the pixels for that colour space when it mixes colours
-  // and transparency.
+  // If libpng read them, it would use that colour space to convert colours to grey and to blend
+  // transparent pixels.
   constexpr png_byte kColorSpaces[] = "gAMA\0sRGB\0cHRM\0iCCP";
   png_set_keep_unknown_chunks(reader.png, PNG_HANDLE_CHUNK_NEVER, kColorSpaces, 4);
   png_set_read_fn(reader.png, &reader, [](png_structp png, png_bytep to, png_size_t count) {
@@ -119,6 +118,14 @@ Result<GreyMap> parse_png_grey(std::span<const char> bytes, const std::string& n
     self->left = self->left.subspan(count);
   });
   png_read_info(reader.png, reader.info);
+  map.width = static_cast<int>(png_get_image_width(reader.png, reader.info));
+  map.height = static_cast<int>(png_get_image_height(reader.png, reader.info));
+  if (map.width > max_side || map.height > max_side) {
+    const std::string side = std::to_string(max_side);
+    return Error{name + ": has " + std::to_string(map.width) + " x " + std::to_string(map.height) +
+                 " pixels, but at most " + side + " x " + side +
+                 " are possible here; scale it down"};
+  }
   const int color = png_get_color_type(reader.png, reader.info);
   if (color == PNG_COLOR_TYPE_PALETTE) png_set_palette_to_rgb(reader.png);
   png_set_expand_16(reader.png);
@@ -131,8 +138,6 @@ Result<GreyMap> parse_png_grey(std::span<const char> bytes, const std::string& n
   png_set_swap(reader.png);
   png_set_interlace_handling(reader.png);
   png_read_update_info(reader.png, reader.info);
-  map.width = static_cast<int>(png_get_image_width(reader.png, reader.info));
-  map.height = static_cast<int>(png_get_image_height(reader.png, reader.info));
   if (png_get_rowbytes(reader.png, reader.info) != static_cast<size_t>(map.width) * 2)
     return Error{name +
                  ": this kind of PNG picture can't be read as grey; save it as 8 or 16 bit grey"};

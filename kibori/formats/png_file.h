@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Reads and writes PNG pictures and 16-bit grey maps.
+// Writes PNG pictures, and reads them as 16-bit grey maps.
 #pragma once
 
 #include <array>
@@ -12,10 +12,10 @@
 
 namespace kibori {
 
-// Rows start at the top. Errors: those of the file.
+// Writes a picture. The first row is the top. Errors: the file cannot be written.
 Status write_png_rgb(const std::filesystem::path& path, int width, int height,
                      std::span<const std::array<uint8_t, 3>> pixels);
-// The same in memory.
+// Returns the bytes of such a file.
 Result<std::vector<uint8_t>> png_rgb(int width, int height,
                                      std::span<const std::array<uint8_t, 3>> pixels);
 Status write_png_grey8(const std::filesystem::path& path, int width, int height,
@@ -26,13 +26,15 @@ Status write_png_grey16(const std::filesystem::path& path, int width, int height
 // A grey picture with 16 bits per pixel.
 struct GreyMap {
   int width = 0, height = 0;
-  // Rows start at the top. 0 is black and 65535 white, for any depth of the file.
+  // The first row is the top. 0 is black and 65535 is white, for any bit depth of the file.
   std::vector<uint16_t> pixels;
 };
 
-// Reads any PNG as grey. Colours become their luminance, and transparent pixels are drawn over
-// black. Errors: not a PNG, damaged, more than 8192 pixels a side.
+// Reads any PNG picture as grey. Colours become their luminance, and transparent pixels are blended
+// with black. Errors: not a PNG picture, damaged, more than `max_side` pixels per side.
+inline constexpr int kMaxPngSide = 8192;
 Result<GreyMap> read_png_grey(const std::filesystem::path& path);
-Result<GreyMap> parse_png_grey(std::span<const char> bytes, const std::string& name);
+Result<GreyMap> parse_png_grey(std::span<const char> bytes, const std::string& name,
+                               int max_side = kMaxPngSide);
 
 }  // namespace kibori

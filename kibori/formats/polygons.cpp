@@ -8,14 +8,15 @@
 namespace kibori {
 namespace {
 
-// Max number of comparisons of a corner with an ear, per corner of a face. Faces with up to a
-// thousand corners are always cut completely. If it is larger, a hostile file of some megabytes
-// takes minutes.
-constexpr size_t kComparisonsPerCorner = 1000;
+// Limits of the number of tests of a corner against an ear. A face first uses kComparisonsPerCorner
+// for each of its corners, which is enough for any face with up to 50 corners. After that it uses
+// kComparisons, which all faces share and which takes some seconds. With larger values, a malicious
+// file of some megabytes would take minutes.
+constexpr size_t kComparisons = 1'000'000'000, kComparisonsPerCorner = 1000;
 
 using Point = std::array<double, 2>;
 
-// Twice the signed area.
+// Twice the signed area of a triangle.
 double area(const Point& a, const Point& b, const Point& c) {
   return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
 }
@@ -28,15 +29,21 @@ double area(const Point& a, const Point& b, const Point& c) {
 //        e  a--b
 class EarCutter {
  public:
-  explicit EarCutter(const std::vector<Point>& points)
-      : points_(points), before_(points.size()), after_(points.size()) {
+  // `budget`: the number of tests that all faces together may still use.
+  EarCutter(const std::vector<Point>& points, size_t& budget)
+      : points_(points),
+        budget_(budget),
+        own_(kComparisonsPerCorner * points.size()),
+        before_(points.size()),
+        after_(points.size()) {
     for (size_t i = 0; i < points.size(); i++) {
       before_[i] = (i + points.size() - 1) % points.size();
       after_[i] = (i + 1) % points.size();
     }
   }
 
-  // Corners of the triangles, two fewer than points.
+  // Returns the corners of each triangle, as indices of points. The number of triangles is the
+  // number of points minus two.
   std::vector<std::array<size_t, 3>> run() {
     std::vector<std::array<size_t, 3>> triangles;
     size_t left = points_.size(), at = 0, failures = 0;
@@ -50,14 +57,14 @@ class EarCutter {
         failures = 0;
         flat = false;
       } else if (++failures > left) {
-        if (flat || comparisons_ == 0) break;
+        if (flat || exhausted_) break;
         flat = true;
         failures = 0;
       }
       at = after_[at];
     }
-    // The last triangle. If no ear is left, the rest becomes a fan, for example in a polygon that
-    // touches itself.
+    // The last triangle. The loop may end earlier, if no ear is left (for example in a polygon that
+    // touches itself) or the limit is reached. Then the rest becomes a fan.
     for (size_t b = after_[at]; left > 2; left--, b = after_[b])
       triangles.push_back({at, b, after_[b]});
     return triangles;
@@ -69,10 +76,13 @@ class EarCutter {
     const double size = area(pa, pb, pc);
     if (size < 0 || (size == 0) != flat) return false;
     for (size_t i = after_[after_[b]]; i != before_[b]; i = after_[i]) {
-      if (comparisons_ == 0) return false;
-      comparisons_--;
+      size_t& left = own_ > 0 ? own_ : budget_;
+      exhausted_ = left == 0;
+      if (exhausted_) return false;
+      left--;
       const Point& p = points_[i];
-      // Corners at the same place are the two sides of a cut to a hole.
+      // A face with a hole has a cut from its outline to the hole. Both sides of the cut have
+      // corners at the same place.
       if (p == pa || p == pb || p == pc) continue;
       if (!flat && area(pa, pb, p) >= 0 && area(pb, pc, p) >= 0 && area(pc, pa, p) >= 0)
         return false;
@@ -81,11 +91,14 @@ class EarCutter {
   }
 
   const std::vector<Point>& points_;
+  size_t& budget_;
+  size_t own_;  // used before the budget
+  bool exhausted_ = false;
   std::vector<size_t> before_, after_;
-  size_t comparisons_ = kComparisonsPerCorner * points_.size();
 };
 
-// A face seen along the axis that is nearest to its normal, so that it turns counterclockwise.
+// Projects a face along the axis that is nearest to its normal, so that its corners are
+// counterclockwise.
 std::vector<Point> flattened(const TriangleMesh& mesh, const std::vector<uint32_t>& corners) {
   Vec3 normal = Vec3::Zero();
   const Vec3& first = mesh.vertices[corners[0]];
@@ -119,12 +132,13 @@ void Polygons::add(TriangleMesh& mesh, std::span<const uint32_t> corners) {
 
 void Polygons::finish(TriangleMesh& mesh) const {
   std::vector<uint32_t> corners;
+  size_t budget = kComparisons;
   for (const Fan& fan : fans_) {
     corners.assign({mesh.triangles[fan.first][0], mesh.triangles[fan.first][1]});
     for (size_t i = 0; i < fan.count; i++) corners.push_back(mesh.triangles[fan.first + i][2]);
     const std::vector<Point> points = flattened(mesh, corners);
     if (is_convex(points)) continue;
-    const auto triangles = EarCutter(points).run();
+    const auto triangles = EarCutter(points, budget).run();
     for (size_t i = 0; i < fan.count; i++)
       for (size_t k = 0; k < 3; k++) mesh.triangles[fan.first + i][k] = corners[triangles[i][k]];
   }

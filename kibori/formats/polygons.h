@@ -10,15 +10,16 @@
 
 namespace kibori {
 
-// A convex face becomes a fan around its first corner. A concave one is cut into ears when all
-// vertices are known, because a face may come before its vertices in the file.
+// Call add for each face, and finish when all vertices are known: a face may come before its
+// vertices in the file. A convex face becomes a fan around its first corner. A concave face is
+// triangulated by ear clipping.
 class Polygons {
  public:
-  // Appends a face. With fewer than three corners it has no triangles.
+  // Appends a face as a fan. A face with fewer than three corners adds no triangle.
   void add(TriangleMesh& mesh, std::span<const uint32_t> corners);
-  // Replaces the fans of concave faces; call it once, when every index has its vertex. Time is
-  // bounded by a constant for each corner. A face that exceeds it keeps a part of its fan. Its
-  // triangles overlap but have the same signed volume.
+  // Replaces the fans of concave faces. Call it once, when every index has its vertex. The time is
+  // limited to some seconds. If a face needs more, the rest of it becomes a fan. Triangles
+  // of that fan may overlap, but the signed volume is correct.
   void finish(TriangleMesh& mesh) const;
 
  private:

@@ -31,7 +31,8 @@ void add_triangle(TriangleMesh& mesh, const Vec3 (&corner)[3]) {
 
 // --- binary
 
-// True if the file consists exactly of its triangles and the payloads of their attributes.
+// True if the attribute of each triangle is the length of further data, and the file ends exactly
+// after the last of these.
 bool has_payloads(std::string_view bytes, uint64_t count) {
   size_t at = kStlHeader;
   for (uint64_t i = 0; i < count; i++) {
@@ -86,12 +87,12 @@ Result<TriangleMesh> parse_binary(std::string_view bytes, const std::string& nam
 
 char lower(char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); }
 
-// True if a word, in any case, equals `expected`, which is in lower case.
+// Compares a word with `expected`, which is in lower case. The case of the word does not matter.
 bool is_word(std::string_view word, std::string_view expected) {
   return std::ranges::equal(word, expected, {}, lower);
 }
 
-// Removes spaces before the first word of a text.
+// The text without the spaces before its first word.
 std::string_view at_word(std::string_view text) {
   while (!text.empty() && is_space(text.front())) text.remove_prefix(1);
   return text;
@@ -104,8 +105,8 @@ bool begins_facet(std::string_view text) {
   return is_word(word, "normal") || is_word(word, "outer");
 }
 
-// Position of a word (given in lower case) in a text, in any case; the text's end if it does not
-// occur.
+// Position of `word` (in lower case) in a text; the text's end if it does not occur. The case of
+// the text does not matter.
 std::string_view::iterator find_word(std::string_view text, std::string_view word) {
   return std::search(text.begin(), text.end(), word.begin(), word.end(),
                      [](char a, char b) { return lower(a) == b; });
@@ -210,7 +211,8 @@ class AsciiParser {
     while (at_ < text_.size() && !is_space(text_[at_])) at_++;
     return text_.substr(begin, at_ - begin);
   }
-  // A name is the rest of its line, unless that contains a facet or the end of the solid.
+  // Skips the name of a solid. It is the rest of the line, or ends before a facet or an endsolid in
+  // the same line.
   void skip_name() {
     while (at_ < text_.size() && !is_line_end(text_[at_])) {
       const std::string_view rest = text_.substr(at_);
@@ -246,8 +248,8 @@ Result<TriangleMesh> parse_stl(std::string_view bytes, const std::string& name,
   if (!exact && is_ascii(bytes)) return AsciiParser(bytes, name, notes).run();
   if (!exact && is_utf16(bytes))
     return Error{name + ": is UTF-16 text; save it as plain text or as a binary STL file"};
-  // The count of a binary file is never text: text bytes would mean more than 150 million
-  // triangles.
+  // If the header and the count of triangles are printable, the file is text. As a number, four
+  // printable characters are more than 150 million.
   if (!exact && bytes.size() >= kStlHeader && is_printable(bytes.substr(0, kStlHeader)))
     return Error{name + ": is text, but has no 'solid' with facets; check that it is an STL file"};
   if (bytes.size() < kStlHeader)

@@ -77,7 +77,8 @@ class StlWriter final : public SurfaceWriter {
   uint64_t count_ = 0;
 };
 
-// Base of formats in which all vertices precede the first triangle. Triangles wait in a spool.
+// Base of formats in which all vertices precede the first triangle. A spool holds the triangles
+// until then.
 class IndexedWriter : public SurfaceWriter {
  public:
   IndexedWriter(NewFile& file, Spool& triangles, std::span<const Rgb> colors)
@@ -189,7 +190,7 @@ class ObjWriter final : public IndexedWriter {
     size_t next = 0;
     uint64_t done = 0;
     return for_triangles([&](const SurfaceTriangle& t) {
-      // An object without triangles is not written.
+      // An object without triangles gets no line.
       for (; next < objects_.size() && done >= objects_[next].first_triangle; next++)
         if (!objects_[next].name.empty() && objects_[next].triangles > 0)
           file_.write("o " + one_word(objects_[next].name) + "\n");
@@ -262,8 +263,9 @@ class GlbWriter final : public IndexedWriter {
 
  private:
   using OrderedJson = nlohmann::ordered_json;
-  // Two heads, and JSON padded with spaces, because counts are known only at the end. kJson is the
-  // space for what all objects share, kObjectJson the space per object.
+  // The file begins with a header and the JSON. The JSON is padded with spaces to a fixed length,
+  // because its counts are known only at the end. kJson is the number of bytes for the data that
+  // all objects share. kObjectJson is the number of bytes per object, without its name.
   static constexpr uint32_t kJson = 500, kObjectJson = 1400;
   static constexpr size_t kStride = 28;
   struct Bounds {
@@ -322,7 +324,8 @@ class GlbWriter final : public IndexedWriter {
       const Vec3& tip = object.pose.tip;
       const Mat3& frame = object.pose.frame;
       if (tip != Vec3::Zero() || frame != Mat3::Identity()) {
-        // Columns. In both coordinate systems, (x, y, z) becomes (x, z, -y).
+        // glTF stores a matrix by columns. The pose maps one coordinate system to another. In both,
+        // (x, y, z) becomes (x, z, -y).
         Mat3 turned;
         constexpr int kFrom[3] = {0, 2, 1};
         constexpr double kSign[3] = {1, 1, -1};
@@ -383,7 +386,7 @@ class GlbWriter final : public IndexedWriter {
   std::vector<Bounds> bounds_;  // per object
 };
 
-// Applies the pose to the vertices of a surface.
+// Returns a sink that applies the pose to the vertices of each piece and passes it to `sink`.
 SurfaceSink placed(const Pose& pose, const SurfaceSink& sink) {
   return [pose, sink, vertices = std::vector<SurfaceVertex>()](const SurfacePart& part) mutable {
     vertices.assign(part.vertices.begin(), part.vertices.end());
@@ -422,7 +425,7 @@ Status write_pieces(SurfaceWriter& writer, std::span<const SurfaceObject> object
 }  // namespace
 
 Rgb color_of(const SurfaceVertex& v, std::span<const Rgb> colors) {
-  if (v.paint)
+  if (is_painted(v.paint))
     return {static_cast<uint8_t>(v.paint), static_cast<uint8_t>(v.paint >> 8),
             static_cast<uint8_t>(v.paint >> 16)};
   return v.material < colors.size() ? colors[v.material] : Rgb{255, 255, 255};
@@ -453,7 +456,7 @@ Status write_objects(const std::filesystem::path& path, std::span<const SurfaceO
   if (ending == ".obj") writer = std::make_unique<ObjWriter>(file, spool, material_colors);
   if (ending == ".glb") writer = std::make_unique<GlbWriter>(file, spool, material_colors, objects);
   if (ending == ".3mf") writer = threemf_writer(file, spool, more, material_colors);
-  KIBORI_CHECK(writer);  // every written row of kMeshFormats has a writer
+  KIBORI_CHECK(writer);  // every ending of kMeshesWritten has a writer
   if (const Status done = write_pieces(*writer, objects); !done)
     return Error{path.string() + ": " + done.error()};
   return file.commit();

@@ -26,7 +26,7 @@ using SurfaceSource = std::function<void(const SurfaceSink&)>;
 // One of several surfaces in a file.
 struct SurfaceObject {
   std::string name;  // UTF-8
-  Pose pose;         // pose of its coordinates in those of the file [mm]
+  Pose pose;         // transforms its coordinates to those of the file [mm]
   SurfaceSource surface;
 };
 
@@ -36,15 +36,15 @@ struct SurfaceObject {
 //   .obj  text; normals, and colours after the positions, as most programs read them; mm
 //   .3mf  colours; mm
 //   .glb  normals and colours; metres, Y up
-// The first four preserve every coordinate in mm to the bit. Memory use is small: a spool file next
-// to the output holds the data that must wait. Errors: unknown ending, a surface without triangles,
-// more triangles or bytes than the format can count, a file that cannot be written. An error leaves
-// no partial file.
+// The first four preserve every coordinate in mm to the bit. Memory use is small: temporary files
+// next to the output hold the data that is written last. Errors: unknown ending, a surface without
+// triangles, more triangles or bytes than the format can count, a file that cannot be written. An
+// error leaves no partial file.
 Status write_surface(const std::filesystem::path& path, const SurfaceSource& surface,
                      std::span<const Rgb> material_colors);
-// Writes several surfaces. .3mf and .glb keep each as a separate object with its name, in its
-// coordinates, and with its pose. .obj keeps each as an object with the pose applied. .stl and .ply
-// apply the poses and store one object.
+// Writes several surfaces. .3mf and .glb store each as a separate object with its name, its own
+// coordinates and its pose. .obj stores each as an object with its name, and the pose is applied to
+// its coordinates. .stl and .ply apply the poses and store one object.
 Status write_objects(const std::filesystem::path& path, std::span<const SurfaceObject> objects,
                      std::span<const Rgb> material_colors);
 

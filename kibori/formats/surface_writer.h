@@ -20,7 +20,7 @@ class SurfaceWriter {
   // True if the format stores poses. Otherwise the vertices arrive with the pose applied.
   virtual bool places() const { return false; }
   virtual void put(const SurfacePart& part) = 0;
-  // Call after the last piece. An error means a limit of the format.
+  // Call after the last piece. Errors: a limit of the format, or no space for temporary data.
   virtual Status finish() = 0;
 };
 

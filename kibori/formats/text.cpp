@@ -10,9 +10,9 @@ namespace kibori {
 namespace {
 
 constexpr size_t kShownBytes = 40;
-// Maximum displacement of a vertex by rounding, as a share of the longest side. Ordinary models are
-// within ten times their size of the origin, where float32 moves them by less. If it is larger, a
-// part at map coordinates loses its shape.
+// Maximum displacement of a vertex by rounding, as a fraction of the longest side. The distance of
+// ordinary models from the origin is less than ten times their size. There, float32 moves them by
+// less. With a larger value, a part in map coordinates would lose its shape.
 constexpr double kMaxRounding = 1e-6;
 
 }  // namespace
@@ -26,7 +26,7 @@ std::optional<double> parse_number(std::string_view word) {
   const char* const end = word.data() + word.size();
   const auto [rest, error] = std::from_chars(word.data(), end, value);
   if (rest != end || word.empty()) return std::nullopt;
-  // It is too large or too small for a double. The C library knows which of the two.
+  // The number is too large or too small for a double. strtod returns infinity or almost 0.
   if (error == std::errc::result_out_of_range)
     value = std::strtod(std::string(word).c_str(), nullptr);
   else if (error != std::errc())

@@ -27,7 +27,7 @@ namespace {
 
 constexpr const char* kModelPath = "3D/3dmodel.model";
 constexpr const char* kModelType = "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel";
-constexpr int kMaxDepth = 32;         // max depth of components
+constexpr int kMaxDepth = 32;         // max depth of components inside components
 constexpr size_t kMaxParts = 1000;    // max number of model files in one archive
 constexpr size_t kMaxItems = 100000;  // max number of components and build items
 
@@ -48,7 +48,7 @@ class ThreeMfWriter final : public SurfaceWriter {
     objects_.back().vertex_bytes += 12 * part.own;
     objects_.back().triangle_bytes += 24 * part.triangles.size();
     for (const SurfaceTriangle& t : part.triangles) {
-      uint32_t row[6];  // vertices and their colours
+      uint32_t row[6];  // three vertices, then the index of each one's colour
       for (size_t i = 0; i < 3; i++) {
         row[i] = part.number[t[i]];
         row[3 + i] = palette_of(color_of(part.vertices[t[i]], colors_));
@@ -90,7 +90,7 @@ class ThreeMfWriter final : public SurfaceWriter {
     }
     text += "</m:colorgroup>\n";
     std::string build;
-    int id = 1;  // id of the colours
+    int id = 1;  // the colour group has id 1, and the objects follow
     bool read = true;
     for (const Object& object : objects_) {
       if (object.triangle_bytes == 0) continue;
@@ -102,7 +102,7 @@ class ThreeMfWriter final : public SurfaceWriter {
       build.append("<item objectid=\"").append(std::to_string(id)).append("\"");
       if (object.pose.tip != Vec3::Zero() || object.pose.frame != Mat3::Identity()) {
         build += " transform=\"";
-        // 3MF multiplies rows by the matrix.
+        // 3MF multiplies row vectors by the matrix. Its rows are the columns of the frame.
         for (const double x : object.pose.frame.reshaped()) {
           add(build, x);
           build += ' ';
@@ -117,7 +117,7 @@ class ThreeMfWriter final : public SurfaceWriter {
     text.append("</resources>\n<build>\n").append(build).append("</build>\n</model>\n");
     zip_.write(text);
     zip_.end();
-    if (!read) return Error{"no space for temporary data beside the file"};
+    if (!read) return Error{"no space for temporary data next to the file"};
     return zip_.finish();
   }
 
@@ -125,7 +125,7 @@ class ThreeMfWriter final : public SurfaceWriter {
   struct Object {
     std::string name;
     Pose pose;
-    uint64_t first_vertex, vertex_bytes, first_triangle, triangle_bytes;  // in the spools
+    uint64_t first_vertex, vertex_bytes, first_triangle, triangle_bytes;  // bytes in the spools
   };
 
   bool write_mesh(const Object& object, std::string& text) {
@@ -205,13 +205,13 @@ class ThreeMfWriter final : public SurfaceWriter {
 
 // --- reading
 
-struct Placement {  // x' = linear x + shift
+struct Placement {  // x' = linear * x + shift
   Mat3 linear = Mat3::Identity();
   Vec3 shift = Vec3::Zero();
 };
 
 struct Component {
-  std::string path;  // of the part that holds the object
+  std::string path;  // of the model file that contains the object
   std::string object;
   Placement placement;
 };
@@ -222,19 +222,19 @@ struct Object {
   bool support = false;
 };
 
-using ObjectKey = std::pair<std::string, std::string>;  // part, id
+using ObjectKey = std::pair<std::string, std::string>;  // path of the model file, id
 
-// Attributes in expat's format.
+// The attributes of an element, as expat passes them: names and values alternate.
 class Attributes {
  public:
   explicit Attributes(const XML_Char** pairs) : pairs_(pairs) {}
-  // By the whole name; null if there is none.
+  // Finds a value by the whole name; null if there is none.
   const char* find_exactly(std::string_view name) const {
     for (const XML_Char** p = pairs_; *p; p += 2)
       if (*p == name) return p[1];
     return nullptr;
   }
-  // By name without prefix; null if there is none.
+  // Finds a value by the name without its prefix; null if there is none.
   const char* find(std::string_view name) const {
     for (const XML_Char** p = pairs_; *p; p += 2)
       if (local(*p) == name) return p[1];
@@ -289,7 +289,8 @@ class XmlReader {
           static_cast<XmlReader*>(self)->close(Attributes::local(name));
           prefixes.resize(prefixes.empty() ? 0 : prefixes.size() - 1);
         });
-    // Entities can expand a page to a gigabyte. 3MF forbids them.
+    // A document type declaration can define entities that expand a small file to a gigabyte. 3MF
+    // forbids it.
     XML_SetStartDoctypeDeclHandler(
         parser_, [](void* self, const XML_Char*, const XML_Char*, const XML_Char*, int) {
           static_cast<XmlReader*>(self)->fail(
@@ -311,7 +312,7 @@ class XmlReader {
  protected:
   virtual void open(std::string_view name, const Attributes& attributes) = 0;
   virtual void close(std::string_view) {}
-  // A name has a prefix that no attribute xmlns:PREFIX declares.
+  // Called for a name with a prefix that no attribute xmlns:PREFIX declares.
   virtual void found_undeclared(const std::string&) {}
 
   void fail(const std::string& what) {
@@ -368,7 +369,7 @@ class RelationshipReader final : public XmlReader {
  public:
   using XmlReader::XmlReader;
   std::string target;
-  std::vector<std::string> notes;  // faults that the specification forbids
+  std::vector<std::string> notes;  // violations of the specification
 
  private:
   void open(std::string_view name, const Attributes& attributes) override {
@@ -395,17 +396,19 @@ using Note = std::function<void(const std::string&)>;
 
 // Parts of slicers' projects that are not material: modifiers, supports, negative parts.
 //
-// PrusaSlicer joins the parts of an object to one mesh, and lists which triangles are of which
-// part. Bambu Studio and OrcaSlicer make each part a component, and list what kind of part it is.
+// PrusaSlicer joins the parts of an object to one mesh. A list has the triangles and the kind of
+// each part. Bambu Studio and OrcaSlicer make each part a component. A list has the kind of each
+// part.
 struct SlicerParts {
   struct Range {
-    uint64_t first, last;  // triangles
+    uint64_t first, last;  // the first and the last triangle
   };
   std::map<std::string, std::vector<Range>> ranges;          // by object
   std::set<std::pair<std::string, std::string>> components;  // object, part
 };
 
-// Metadata/Slic3r_PE_model.config and Metadata/model_settings.config.
+// Reads Metadata/Slic3r_PE_model.config (PrusaSlicer) or Metadata/model_settings.config (Bambu
+// Studio and OrcaSlicer).
 class SlicerReader final : public XmlReader {
  public:
   SlicerReader(const ZipReader& zip, const std::string& entry, SlicerParts& parts, const Note& note)
@@ -454,7 +457,8 @@ class SlicerReader final : public XmlReader {
   std::optional<uint64_t> first_, last_;
 };
 
-// Extensions of 3MF that may be required: they do not change the mesh, or are read.
+// True if a file may require the extension: either it does not change the mesh, or this reader
+// supports it.
 bool is_readable(std::string_view extension) {
   for (const std::string_view known :
        {"/3dmanufacturing/core/", "/3dmanufacturing/material/", "/3dmanufacturing/production/",
@@ -522,7 +526,8 @@ class ModelReader final : public XmlReader {
     if (name == "model") check_.finish();
   }
 
-  // Required extensions are prefixes, which the attributes xmlns:PREFIX explain.
+  // The attribute requiredextensions is a list of prefixes. The attribute xmlns:PREFIX is the
+  // identifier of the extension.
   void check_extensions(const Attributes& a) {
     const char* text = a.find("requiredextensions");
     std::string_view left(text ? text : "");
@@ -568,7 +573,7 @@ class ModelReader final : public XmlReader {
         left.remove_prefix(end);
       }
       if (!trimmed(left).empty()) return fail("a transform must be twelve numbers");
-      // 3MF multiplies rows by the matrix.
+      // 3MF multiplies row vectors by the matrix, so the matrix is transposed here.
       for (int row = 0; row < 3; row++)
         for (int column = 0; column < 3; column++)
           component.placement.linear(column, row) = m[3 * row + column];
@@ -578,7 +583,7 @@ class ModelReader final : public XmlReader {
   }
 
   std::map<ObjectKey, Object>& objects_;
-  size_t &total_, &items_;  // over all parts
+  size_t &total_, &items_;  // sums over all model files
   const Note& note_;
   ThreeMfCheck check_;
   Object* object_ = nullptr;
@@ -622,7 +627,8 @@ class Assembly {
     return Error{sanitize_message(name_ + ": " + what)};
   }
 
-  // The parts that a model refers to are not read, but their forbidden properties are reported.
+  // Reports violations of the specification in the model's list of related files. These files are
+  // not read.
   void check_relationships(const std::string& model) {
     const size_t folder = model.rfind('/') + 1;  // npos + 1 is 0
     const std::string entry = model.substr(0, folder) + "_rels/" + model.substr(folder) + ".rels";
@@ -643,7 +649,8 @@ class Assembly {
   }
 
   Status add(const Component& component, const Placement& outer, int depth) {
-    if (depth > kMaxDepth) return Error{"has components that contain themselves"};
+    if (depth > kMaxDepth)
+      return Error{"has components that contain themselves, or more than 32 levels of them"};
     if (Status read = load(component.path); !read) return read;
     const auto found = objects_.find({component.path, component.object});
     if (found == objects_.end())
@@ -669,7 +676,7 @@ class Assembly {
     const std::vector<SlicerParts::Range> none,
         &left_out = ranges == slicer_.ranges.end() ? none : ranges->second;
     size_t range = 0;
-    uint64_t end = 0;  // end of the ranges so far
+    uint64_t end = 0;  // end of the ranges that begin at or before triangle i
     for (size_t i = 0; i < object.mesh.triangles.size(); i++) {
       auto t = object.mesh.triangles[i];
       for (; range < left_out.size() && left_out[range].first <= i; range++)
@@ -689,9 +696,9 @@ class Assembly {
   const ZipReader& zip_;
   const std::string& name_;
   std::map<ObjectKey, Object> objects_;
-  std::map<std::string, double> units_;  // objects of the parts that were read, in mm
+  std::map<std::string, double> units_;  // the unit of each model file that was read [mm]
   std::vector<Component> build_;
-  std::string main_;  // the part with the build
+  std::string main_;  // path of the model file with the build section
   SlicerParts slicer_;
   std::set<std::string> noted_;
   const Note note_;

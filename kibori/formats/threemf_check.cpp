@@ -33,7 +33,7 @@ bool is_one_of(std::string_view word, const std::array<std::string_view, N>& wor
   return std::ranges::find(words, word) != words.end();
 }
 
-// Null if there is none.
+// The value of an attribute; null if there is none.
 const char* find(const char* const* attributes, const char* name) {
   for (; *attributes; attributes += 2)
     if (std::strcmp(*attributes, name) == 0) return attributes[1];

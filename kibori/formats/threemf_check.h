@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Checks what the 3MF specification forbids but what does not affect the triangles. Such files are
-// read, with a note. Internal to `formats`.
+// Finds violations of the 3MF specification that do not affect the triangles. Files with violations
+// are read, with a note for each kind. Internal to `formats`.
 #pragma once
 
 #include <functional>
@@ -11,17 +11,17 @@
 
 namespace kibori {
 
-// Checks the elements of one model part.
+// Checks the elements of one model file of the archive.
 class ThreeMfCheck {
  public:
-  // `note` receives each fault. It must outlive this object.
+  // `note` receives each violation. It must outlive this object.
   explicit ThreeMfCheck(const std::function<void(const std::string&)>& note) : note_(note) {}
 
-  // Call this for each element, with its name without prefix. `attributes`: names and values in
-  // alternation, ended by null.
+  // Call this for each element, with its name without prefix. In `attributes`, names and values
+  // alternate, and null is the end.
   void open(std::string_view element, const char* const* attributes);
   void found_undeclared(const std::string& prefix);
-  // The end of the model.
+  // Call this at the end of the model. It reports missing elements.
   void finish() const;
 
  private:
@@ -31,7 +31,7 @@ class ThreeMfCheck {
   std::string kind_of(std::string_view id) const;
 
   const std::function<void(const std::string&)>& note_;
-  std::map<std::string, std::string, std::less<>> resources_;  // ids, with their elements
+  std::map<std::string, std::string, std::less<>> resources_;  // name of the element by id
   std::set<std::string> metadata_, undeclared_;
   bool resources_seen_ = false, build_seen_ = false, in_object_ = false;
   bool object_has_pid_ = false;

@@ -15,9 +15,10 @@ constexpr uint32_t kLocal = 0x04034b50, kCentral = 0x02014b50, kEnd = 0x06054b50
 constexpr uint32_t kEnd64 = 0x06064b50, kLocator64 = 0x07064b50;
 constexpr size_t kLocalSize = 30, kCentralSize = 46, kEndSize = 22, kEnd64Size = 56,
                  kLocator64Size = 20;
-constexpr uint32_t kSizes64 = 1;  // an extra field
+constexpr uint32_t kSizes64 = 1;  // id of the extra field with 64-bit sizes
 constexpr size_t kMaxEntries = 10000;
-// Meshes in XML deflate to a tenth of their size. No real file is below a hundredth.
+// Deflate reduces meshes in XML to a tenth of their size, and no real file to less than a
+// hundredth. The first kFreeBytes of an entry are always allowed.
 constexpr uint64_t kMaxRatio = 100, kFreeBytes = 1 << 20;
 constexpr uint64_t kMax32 = std::numeric_limits<uint32_t>::max();
 
@@ -36,8 +37,8 @@ uint32_t get(std::span<const char> bytes, size_t at, int count) {
   return static_cast<uint32_t>(get64(bytes, at, count));
 }
 
-// Replaces each number that is all ones by the next number of the extra field with 64-bit sizes.
-// Returns false if that field is too short. `extras`: the extra fields of a directory entry.
+// Replaces each number that equals 0xffffffff with the next number of the extra field with 64-bit
+// sizes. Returns false if that field is too short. `extras`: the extra fields of a directory entry.
 bool take_sizes64(std::span<const char> extras, std::initializer_list<uint64_t*> numbers) {
   std::span<const char> field;
   while (extras.size() >= 4) {
@@ -49,7 +50,7 @@ bool take_sizes64(std::span<const char> extras, std::initializer_list<uint64_t*>
   for (uint64_t* number : numbers) {
     if (*number != kMax32) continue;
     if (field.size() < 8)
-      return field.empty();  // an archive without 64-bit sizes may have exactly this size
+      return field.empty();  // without the extra field, 0xffffffff is the real size
     *number = get64(field, 0);
     field = field.subspan(8);
   }
@@ -82,7 +83,7 @@ void ZipWriter::begin(const std::string& name) {
   put_common(header, 0, 0, 0, name.size());
   file_.write(header + name);
   *stream_ = {};
-  // Raw deflate; level 3 is 4 times as fast as the default and 10 % larger.
+  // Raw deflate. Level 3 is 4 times as fast as the default, and its output is 10 % larger.
   KIBORI_CHECK(deflateInit2(stream_.get(), 3, Z_DEFLATED, -15, 9, Z_DEFAULT_STRATEGY) == Z_OK);
 }
 
@@ -227,7 +228,8 @@ Status ZipReader::read(const std::string& name,
   if (!entry) return Error{"has no entry '" + name.substr(0, 60) + "'"};
   const std::string shown = "entry '" + name.substr(0, 60) + "' ";
   if (entry->method == 0) {
-    if (entry->packed != entry->whole) return Error{shown + "has two different sizes"};
+    if (entry->packed != entry->whole)
+      return Error{shown + "has two different sizes; export it again"};
     if (crc32_z(0, reinterpret_cast<const Bytef*>(bytes_.data() + entry->at), entry->whole) !=
         entry->crc)
       return Error{shown + "is damaged (its checksum is wrong)"};
@@ -258,7 +260,8 @@ Status ZipReader::read(const std::string& name,
   inflateEnd(&stream);
   if (!wanted) return Ok{};
   if (state != Z_STREAM_END || whole != entry->whole || crc != entry->crc)
-    return Error{shown + "is damaged (its content has not the size that the archive states)"};
+    return Error{shown +
+                 "is damaged (its size or checksum is not the one that the archive states)"};
   return Ok{};
 }
 

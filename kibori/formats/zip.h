@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-// ZIP archives, as far as 3MF needs them: stored and deflated entries, no encryption. Archives of
-// more than 4 GB, and those with 64-bit sizes, are only read.
-// Internal to `formats`.
+// ZIP archives, as far as 3MF needs them: stored and deflated entries, no encryption. Archives
+// above 4 GB and archives with 64-bit sizes can be read, but not written. Internal to `formats`.
 #pragma once
 
 #include <cstdint>
@@ -31,7 +30,7 @@ class ZipWriter {
   void begin(const std::string& name);
   void write(std::string_view data);
   void end();
-  // Writes the directory. Error: more than 4 GB.
+  // Writes the directory. Error: the archive or an entry has more than 4 GB.
   Status finish();
 
  private:
@@ -47,17 +46,18 @@ class ZipWriter {
   std::vector<Entry> entries_;
 };
 
-// Reads an archive that may be hostile. Everything is checked against the available bytes before
-// use.
+// Reads an archive that may be malicious. Every offset and size is checked against the available
+// bytes before use.
 class ZipReader {
  public:
-  // `bytes` must outlive the reader. Errors: not an archive, truncated, entry names that leave the
-  // archive's folder, encrypted or oversized entries.
+  // `bytes` must outlive the reader. Errors: not an archive, truncated, too many entries, entry
+  // names that leave the archive's folder, encrypted entries. Also an entry with a compression
+  // ratio that no real file has.
   static Result<ZipReader> open(std::span<const char> bytes);
 
   bool has(const std::string& name) const { return find(name) != nullptr; }
-  // Sends the entry's content piece by piece; `f` returns false to stop. Errors: no such entry,
-  // damaged content, more content than declared, or a compression ratio that no real file has.
+  // Passes the entry's content to `f`, piece by piece. `f` returns false to stop. Errors: no such
+  // entry, an unsupported compression method, damaged content, another size than declared.
   Status read(const std::string& name, const std::function<bool(std::string_view)>& f) const;
 
  private:

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The direction of a dexel field as a type. Rays of axis a run along a. Their feet are on the (u,
-// v) plane, where (a, u, v) is the cyclic permutation of (x, y, z) that starts at a.
+// The direction of a dexel field as a type. The rays of axis a are parallel to a. A ray is
+// identified by its indices (u, v). (a, u, v) is the cyclic permutation of (x, y, z) that starts at
+// a.
 #pragma once
 
 #include <array>

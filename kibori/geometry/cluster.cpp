@@ -9,7 +9,7 @@
 namespace kibori {
 namespace {
 
-// Along the longest side. A surface that fills more cells than this has too many triangles anyway.
+// Maximum number of cells along the longest side. The grid has at most 128^3 = 2^21 cells.
 constexpr int kMaxCells = 128;
 constexpr uint32_t kNone = 0xffffffff;
 
@@ -49,8 +49,8 @@ std::optional<TriangleMesh> cluster_at(const TriangleMesh& mesh, const Box& box,
       corner[i] = vertex;
     }
     if (corner[0] == corner[1] || corner[1] == corner[2] || corner[2] == corner[0]) continue;
-    // Keeps one copy of a triangle, for any first corner. A corner has 21 bits, because there are
-    // 2^21 cells.
+    // Keeps one copy of a triangle, whichever corner is first. A corner has 21 bits, because there
+    // are 2^21 cells.
     std::rotate(corner.begin(), std::min_element(corner.begin(), corner.end()), corner.end());
     if (!seen.insert((uint64_t{corner[0]} << 42) | (uint64_t{corner[1]} << 21) | corner[2]).second)
       continue;

@@ -9,20 +9,20 @@
 namespace kibori {
 namespace {
 
-// Passes of the binomial filter, with variance 1 each [voxels^2]. With more passes, the two faces
-// of a layer five voxels thin push each other apart. With fewer, inclined faces keep ripples.
+// Passes of the binomial filter, with variance 1 each [voxels^2]. With more passes, a layer that is
+// five voxels thin becomes thicker. With fewer, inclined faces keep ripples.
 constexpr int kPasses = 2;
 // One smoothing moves a face of radius R by variance / R. Two smoothings move it twice as far, and
 // make the field flatter by the factor kOnce. Therefore, kOnce times the first, minus the second,
 // leaves the face in place.
 constexpr float kOnce = std::numbers::sqrt2_v<float>;
-// Limits for the value of a voxel that smoothing would move to the other side. The voxel keeps its
-// side: its value changes sign and stays within these limits. kMinKept applies to a voxel on the
-// face. kMaxKept is enough to keep walls one voxel thin.
+// If smoothing moves the centre of a voxel from inside to outside, or back, the value changes its
+// sign. So the voxel stays inside or outside. These are limits for the size of the new value:
+// kMinKept so that it is not zero, kMaxKept because this keeps walls that are one voxel thin.
 constexpr float kMinKept = 0.02f, kMaxKept = 0.3f;
 
-// Filters each line along an axis by [1 4 6 4 1] / 16, `passes` times. Values beyond the grid start
-// at -1. Each line is extended as far as they matter.
+// Filters each line along an axis by [1 4 6 4 1] / 16, `passes` times. Each line is extended by the
+// values beyond the grid that affect the result. They are -1 at first.
 void smooth_along(int axis, int passes, const ShapeGrid& grid, std::vector<float>& values) {
   const std::array<size_t, 3> stride{
       1, static_cast<size_t>(grid.size.x()),
@@ -37,7 +37,7 @@ void smooth_along(int axis, int passes, const ShapeGrid& grid, std::vector<float
                           static_cast<size_t>(j) * stride[static_cast<size_t>(b)];
       std::fill(line.begin(), line.end(), -1.0f);
       for (size_t k = 0; k < count; k++) line[k + beyond] = from[k * step];
-      // Each pass loses two values on both sides.
+      // Each pass makes the line shorter by two values at each end.
       for (size_t pass = 1; pass <= static_cast<size_t>(passes); pass++) {
         for (size_t k = 2 * pass; k + 2 * pass < line.size(); k++)
           next[k] =

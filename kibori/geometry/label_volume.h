@@ -37,22 +37,23 @@ struct LabelVolume : VoxelGrid<uint16_t> {  // 0: air
   std::map<uint16_t, std::string> names;    // of labels, if the file has them
 };
 
-// From -1, far outside, to 1, far inside. Outside the grid it is -1. A shape is where the trilinear
-// interpolation is above 0.
+// Values from -1, far outside a shape, to 1, far inside. Outside the grid they are -1. The shape
+// consists of the points where the trilinear interpolation is above 0.
 using ShapeGrid = VoxelGrid<float>;
 
-// The shape of the labels that `is_of` accepts. Voxel steps are smoothed as far as the voxels
-// allow. The centre of each voxel stays on its side, so faces move by less than half a voxel. Round
-// faces keep their position. The filter is sqrt(2) G - G G, with G binomial of variance 2: the
-// shifts of the two terms cancel for a face of any radius. It uses 8 bytes per voxel during the
-// work, and 4 at the end.
+// The shape of the labels that `is_of` accepts. The steps between voxels are smoothed. The centre
+// of each voxel stays inside or outside, so faces move by less than half a voxel. Round faces keep
+// their position. The filter is sqrt(2) G - G G, where G is a binomial filter of variance 2. Each
+// of the two terms would move a round face, but their displacements cancel. The function uses 8
+// bytes per voxel while it runs. The result uses 4.
 ShapeGrid shape_of_labels(const LabelVolume& volume, const std::function<bool(uint16_t)>& is_of);
 
 // The labels of a volume in ascending order, without air.
 std::vector<uint16_t> labels_of(const LabelVolume& volume);
 
-// The shapes of all labels of a volume. Each place inside belongs to one label, the one whose own
-// shape is strongest there. It keeps 10 bytes per voxel. Each label takes one pass over all voxels.
+// The shapes of all labels of a volume. Each place inside belongs to one label: the one whose own
+// shape (shape_of_labels) has the largest value there. An object keeps 10 bytes per voxel. The
+// constructor makes the shape of each label once.
 class LabelShapes {
  public:
   // `volume` must outlive this object.
@@ -66,7 +67,7 @@ class LabelShapes {
  private:
   const LabelVolume& volume_;
   std::vector<uint16_t> labels_;
-  // Per voxel: the strongest label, its value, and the value of the next label.
+  // Per voxel: the label with the largest value, this value, and the second largest value.
   std::vector<uint16_t> winner_;
   std::vector<float> first_, second_;
 };

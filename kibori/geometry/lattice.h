@@ -8,7 +8,7 @@
 
 namespace kibori {
 
-// A point in lattice units, from the lattice's lower corner.
+// A point in lattice units, from the lattice's origin.
 struct LatticePoint {
   Vec3 units = Vec3::Zero();
 
@@ -39,11 +39,23 @@ struct LatticeBox {
   LatticePoint centre() const { return {units.centre()}; }
 };
 
-// Nodes are at origin + (i + 1/2, j + 1/2, k + 1/2) * pitch, with i < nodes.x() and so on.
+// Nodes are at origin + (i + 1/2, j + 1/2, k + 1/2) * pitch, with low() <= (i, j, k) < high().
+//
+//        -below        0                     nodes       nodes + above
+//          |   grown   |        base           |    grown    |
+//                      origin
+//
+// A lattice that grows keeps its origin, so all nodes keep their indices and their places.
 struct Lattice {
-  Index3 nodes = Index3::Zero();
-  Vec3 origin_mm = Vec3::Zero();  // lower corner of the lattice's box
+  Index3 nodes = Index3::Zero();  // of the base: the lattice before it grew
+  Vec3 origin_mm = Vec3::Zero();  // lower corner of the base
   double pitch_mm = 1;            // between two rays
+  // Nodes that growth added on the sides (dexel/tri_dexel.h).
+  Index3 below = Index3::Zero(), above = Index3::Zero();
+
+  Index3 low() const { return -below; }
+  Index3 high() const { return nodes + above; }
+  bool grown() const { return (below != 0).any() || (above != 0).any(); }
 
   LatticePoint to_lattice(const Vec3& point_mm) const {
     return {(point_mm - origin_mm) / pitch_mm};
@@ -59,9 +71,11 @@ struct Lattice {
     return {to_mm(LatticePoint{box.units.min}), to_mm(LatticePoint{box.units.max})};
   }
   Vec3 vector_to_mm(const LatticeVector& vector) const { return pitch_mm * vector.units; }
-  // The whole lattice, from its lower corner to its upper one.
-  LatticeBox whole() const { return {{Vec3::Zero(), nodes.matrix().cast<double>()}}; }
-  int nodes_along(int index) const { return nodes[index]; }
+  // The box of the whole lattice, and that of its base.
+  LatticeBox whole() const {
+    return {{low().matrix().cast<double>(), high().matrix().cast<double>()}};
+  }
+  LatticeBox base() const { return {{Vec3::Zero(), nodes.matrix().cast<double>()}}; }
 };
 
 }  // namespace kibori

@@ -13,17 +13,18 @@ namespace kibori {
 
 struct Material {
   std::string name = "material";
-  double kf = 0.001;  // N per point, force model `paper`
+  double kf = 0.001;  // force for each removed point [N], force model `paper`
   // Specific cutting energy [N/mm^2 = N mm / mm^3], force models `energy` and `series`.
   double u = 0.5;
   double c = 0;        // viscous part of the force [N s/mm^3], force model `series`
   double yield_n = 0;  // minimum force that cuts [N], force model `series`
   std::array<uint8_t, 3> color{196, 154, 108};
-  // Displaced material stays, around the tool: mode `press` (motion/reshape_stroke.h).
+  // True for clay: a tool displaces the material instead of removing it (motion/reshape_stroke.h).
   bool plastic = false;
-  // Energy to split it without removing material [N/mm = N mm / mm^2]: body/cutter.h.
+  // Energy to split the material without removing any [N/mm = N mm / mm^2]: body/cutter.h.
   double gc = 0.3;
-  // Specific cutting energy along the grain [N/mm^2]; u is the value across it; 0: the same as u.
+  // Specific cutting energy along the grain [N/mm^2]. u is the value across the grain. 0: u_along
+  // equals u.
   double u_along = 0;
   // Share of u by which late wood of a year's ring resists more than early wood (edit/grain.h).
   double ring = 0;
@@ -32,7 +33,7 @@ struct Material {
   std::array<double, 3> k{0, 0, 0};
   double m = 0;              // exponent of the thickness of the chip, from 0 to below 1
   double density_kg_m3 = 0;  // 0: unknown
-  LogCut log{};              // of wood; a model uses the log of the first of its woods
+  LogCut log{};              // of wood; a model uses one log (log_cut_of)
 
   static void for_fields(auto&& f) {
     constexpr FieldRange kNotNegative = FieldRange::not_negative;
@@ -55,17 +56,18 @@ struct Material {
   bool operator==(const Material&) const = default;
 };
 
-// Above this value, early wood would resist with a negative force (see kMeanLate).
+// The resistance of early wood is u (1 - ring kMeanLate), see edit/grain.h. It must stay positive,
+// so ring must be below 8. The limit keeps a margin.
 inline constexpr double kMaxRing = 5;
 
 // True if the law of haptics/chip.h applies, instead of u.
 inline bool has_chip_law(const Material& m) { return m.k != std::array<double, 3>{0, 0, 0}; }
-// True if its resistance depends on the direction.
+// True if the material's resistance depends on the direction of the cut.
 inline bool has_direction(const Material& m) {
   if (has_chip_law(m)) return m.k[0] != m.k[1] || m.k[1] != m.k[2];
   return m.u_along > 0 && m.u_along != m.u;
 }
-// True if its resistance depends on the place or the direction of the cut.
+// True if the material's resistance depends on the place or the direction of the cut.
 inline bool has_grain(const Material& m) { return has_direction(m) || m.ring != 0; }
 // Sets the log of the stock's material in all materials of a model.
 template <class Materials>
@@ -81,12 +83,12 @@ LogCut log_cut_of(const Materials& materials) {
     if (has_grain(m)) return m.log;
   return {};
 }
-// Mean over all directions [N/mm^2] for chips that are 1 mm thick.
+// Mean specific cutting energy over all directions [N/mm^2], for chips that are 1 mm thick.
 inline double mean_cutting_energy(const Material& m) {
   return has_chip_law(m) ? (m.k[0] + m.k[1] + m.k[2]) / 3 : m.u;
 }
 
-// Sets u as the resistance in all directions and places.
+// Sets the resistance to u in all directions and places.
 inline void set_isotropic(Material& material, double u) {
   material.u = u;
   material.u_along = material.ring = material.m = 0;
@@ -101,11 +103,11 @@ inline const char* fault_of(const Material& m) {
   if (!(m.log.ring_mm >= 0 && m.log.ring_mm < 1e6) || !m.log.axis.allFinite() ||
       !m.log.pith.allFinite())
     return "the ring width, axis and pith of a log must be finite numbers";
-  if (m.ring > kMaxRing) return "ring must not exceed 5: early wood would not resist at all";
+  if (m.ring > kMaxRing) return "ring must not exceed 5, or early wood would hardly resist";
   if (has_chip_law(m) && !(m.k[0] > 0 && m.k[1] > 0 && m.k[2] > 0))
     return "the three numbers of k must be greater than 0";
   if (!(m.m < 1)) return "m must be less than 1: thin chips would need the force of thick ones";
-  if (m.m > 0 && !has_chip_law(m)) return "m needs k: u has no exponent";
+  if (m.m > 0 && !has_chip_law(m)) return "m needs k, because the law of u has no exponent";
   return nullptr;
 }
 

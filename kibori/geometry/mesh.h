@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include <kibori/geometry/color.h>
 #include <kibori/geometry/vec.h>
 
 namespace kibori {
@@ -29,7 +30,7 @@ struct SurfaceVertex {
   std::array<float, 3> position;
   std::array<float, 3> normal;  // unit, out of the material
   uint8_t material;
-  uint32_t paint;  // 0xAABBGGRR; 0: unpainted
+  Color paint;
 };
 using SurfaceTriangle = std::array<uint32_t, 3>;
 struct Surface {
@@ -48,9 +49,9 @@ struct SurfacePart {
 };
 using SurfaceSink = std::function<void(const SurfacePart&)>;
 
-// Converts a mesh to a surface. Corners with the same float32 position become one vertex. Normals
-// are the mean of the adjacent faces, weighted by angle. The material is 0. Triangles that lose a
-// corner in this way are dropped.
+// Converts a mesh to a surface. Vertices with the same float32 position become one vertex.
+// Triangles with two equal corners are dropped then. Normals are the mean of the adjacent faces,
+// weighted by angle. The material is 0.
 Surface surface_of_mesh(const TriangleMesh& mesh);
 
 // Sends a surface in one piece.

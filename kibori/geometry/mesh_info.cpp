@@ -49,7 +49,7 @@ MeshInfo mesh_info(const Surface& surface, size_t degenerate) {
     for (const uint32_t v : t) info.bounds.include(at(v));
   if (surface.triangles.empty()) return info;
 
-  // Relative to the middle, so that a part far from the origin keeps its digits.
+  // Coordinates are relative to the middle. Otherwise a mesh far from the origin would lose digits.
   const Vec3 middle = info.bounds.centre();
   Vec3 by_volume = Vec3::Zero(), by_area = Vec3::Zero();
   for (const SurfaceTriangle& t : surface.triangles) {
@@ -90,7 +90,7 @@ MeshInfo mesh_info(const Surface& surface, size_t degenerate) {
     info.overfull_edges += end - begin > 2;
     if (end - begin != 2) continue;
     const Side &a = sides[begin], &b = sides[begin + 1];
-    // The corners at the low end belong to one fan, and those at the high end to another.
+    // At each end of the edge, the corners of the two triangles belong to one fan.
     const auto corner = [](const Side& s, bool low) {
       return 3 * s.triangle + (s.forward == low ? s.corner : (s.corner + 1) % 3);
     };

@@ -13,9 +13,9 @@ struct MeshInfo {
   double volume_mm3 = 0;  // enclosed, signed; meaningful only if closed
   double area_mm2 = 0;
   Vec3 centroid_mm = Vec3::Zero();  // of the volume if closed, otherwise of the area
-  // Proper triangles, after vertices with the same float32 position became one.
+  // Triangles with three different corners. Vertices with the same float32 position count as one.
   size_t triangles = 0;
-  size_t degenerate = 0;      // triangles that are not proper
+  size_t degenerate = 0;      // all other triangles
   size_t components = 0;      // pieces that are connected by edges
   size_t open_edges = 0;      // directed edges without their reverse
   size_t overfull_edges = 0;  // edges of more than two triangles

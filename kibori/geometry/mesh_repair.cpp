@@ -33,13 +33,14 @@ uint64_t edge_key(uint32_t a, uint32_t b) {
 
 // All triangles at one place.
 struct Place {
-  size_t first;      // its triangle that faces in the direction of `corners`
+  size_t first;      // the first of its triangles, which may face either way
   Triangle corners;  // of welded vertices
   int forward = 0, backward = 0;
   int net() const { return forward - backward; }
 };
 
-// Sum of the directions of the triangles at each edge; 0 at all edges of a closed mesh.
+// For each edge, the number of triangles that use it forwards minus those that use it backwards. It
+// is 0 at all edges of a closed mesh.
 class EdgeBalance {
  public:
   void add(const Triangle& t, int times) {
@@ -124,8 +125,8 @@ class Repair {
     return (c[1] < c[2]) == forward ? t : reversed(t);
   }
 
-  // Keeps one triangle of each place if that reduces the open edges. Returns the number of omitted
-  // triangles. Returns 0 if it does not help; kept_ is then undefined.
+  // Keeps one triangle of each place if that reduces the number of open edges. Returns the number
+  // of omitted triangles. If it does not help, it returns 0, and kept_ is undefined.
   size_t leave_out_copies() {
     EdgeBalance before, after;
     std::vector<int> chosen(places_.size());  // 1: forward, -1: backward, 0: none
@@ -137,7 +138,7 @@ class Repair {
     }
     if (before.open() == 0 && std::all_of(places_.begin(), places_.end(),
                                           [](const Place& p) { return std::abs(p.net()) <= 1; })) {
-      // The mesh is closed. Only surfaces that face both ways everywhere are repaired.
+      // The mesh is closed. Only surfaces that exist twice, once facing each way, need repair.
       if (!choose_double_surfaces(chosen)) return 0;
     } else if (same_everywhere()) {
       // The whole mesh is repeated several times.
@@ -157,7 +158,7 @@ class Repair {
                                   [&](const Place& p) { return std::abs(p.net()) == net; });
   }
 
-  // Adds one triangle of each place that faces both ways, as long as that closes edges.
+  // Adds one triangle at places whose triangles face both ways, if a side of it is an open edge.
   void close_with_both_ways(std::vector<int>& chosen, EdgeBalance& balance) const {
     std::unordered_map<uint64_t, std::vector<size_t>> at_edge;
     std::vector<size_t> next;
@@ -173,7 +174,8 @@ class Repair {
       if (chosen[i] != 0) continue;
       const Triangle& c = places_[i].corners;
       const int forward = balance.gain(c, 1), backward = balance.gain(c, -1);
-      // A triangle with only one side on an open edge continues into the hole.
+      // A gain of -3 means that no side is an open edge. With one such side, the triangle begins to
+      // fill the hole, although the gain is -1.
       if (std::max(forward, backward) <= -3) continue;
       chosen[i] = forward >= backward ? 1 : -1;
       balance.add(c, chosen[i]);

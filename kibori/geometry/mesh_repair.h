@@ -21,12 +21,14 @@ struct MeshRepair {
   std::string warning() const;
 };
 
-// Returns null if there is nothing to repair. Vertices with the same position count as one.
-// - Triangles that are there several times, facing one way or both ways: one of them stays if that
-//   closes the mesh, or if they make up a closed surface of their own.
-// - A closed body whose triangles face inwards, although the mesh as a whole faces outwards: it is
-//   turned if it is not a hollow, that is if it reaches out of all other bodies' bounds.
-// Time: n log n for n triangles. Memory: about 100 bytes per triangle.
+// Repairs two faults. Returns nullopt if it finds none. Vertices with the same position count as
+// one.
+// - A triangle exists several times, facing one way or both ways. One copy stays if that reduces
+//   the number of open edges, or if such triangles form a closed surface of their own.
+// - The triangles of a closed body face the opposite way to the mesh as a whole. The body is
+//   turned, unless its bounds are within those of another body: then it is a hollow.
+// Time: n log n for n triangles, plus at most b^2 for b bodies. Memory: about 100 bytes per
+// triangle.
 std::optional<MeshRepair> repair_mesh(const TriangleMesh& mesh);
 
 }  // namespace kibori

@@ -15,7 +15,7 @@ enum class SignedAxis : uint8_t { plus_x, minus_x, plus_y, minus_y, plus_z, minu
 // "x", "-x" and so on; nullopt for any other text.
 std::optional<SignedAxis> parse_signed_axis(std::string_view text);
 const char* signed_axis_text(SignedAxis axis);
-// The unit vector along it.
+// The unit vector along the axis.
 Vec3 direction(SignedAxis axis);
 
 // `up` becomes +z. `front`, the side that faces the viewer, becomes -y.
@@ -26,7 +26,8 @@ struct Orientation {
   bool operator==(const Orientation&) const = default;
 };
 
-// With the usual front for this `up`: z if y is up (as in glTF) or down, otherwise -y.
+// The orientation with this `up` and the usual front: z if y is up (as in glTF) or down, otherwise
+// -y.
 Orientation standing(SignedAxis up);
 
 // True if up and front are at right angles, as they must be.

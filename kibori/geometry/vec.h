@@ -34,7 +34,7 @@ struct Box {
 };
 
 // The position of a tool: its tip (origin of the tool frame) and its frame. frame.col(2) points
-// from the tip into the body.
+// from the tip into the tool.
 struct Pose {
   Vec3 tip = Vec3::Zero();
   Mat3 frame = Mat3::Identity();

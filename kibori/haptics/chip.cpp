@@ -9,24 +9,26 @@
 namespace kibori {
 namespace {
 
-// Minimum width of a chip, as a share of the root of the section: about as wide as thick. A disc
-// has 0.98, a square 1.
+// Minimum width of a chip, divided by the square root of its section. It matters only for chips
+// that are about as wide as thick: this quotient is 0.98 for a disc and 1 for a square.
 constexpr double kMinWidth = 0.9;
-// Displacement as a share of the path: below kSpins the tool spins, above kMoves it moves. Between
-// them the law is blended, so that the force does not jump.
+// Length of the displacement divided by that of the path. Below kSpins the tool only spins, above
+// kMoves it moves. In between, chip_of blends both laws, so that the force does not jump.
 constexpr double kSpins = 0.5, kMoves = 0.7;
 constexpr double kMaxFront = 2;
 constexpr double kMaxGap = 0.95;
-// Smaller gaps [cells] count less: a single cell is often an accident of the rays. If smaller, the
-// force jumps with it. If larger, narrow gaps count as material.
+// Gaps smaller than this [cells] count less, because a single empty cell is often an accident of
+// the rays. With a smaller value, such a cell makes the force jump. With a larger one, narrow gaps
+// count as material.
 constexpr double kSureGap = 3;
-// Mean path [cells] over which PathMean::gaps collects cells.
+// Path [cells] over which PathMean::gaps collects cells, on average.
 constexpr double kGapPath = 1.5;
 
 // Share of the chip's width that is empty. `across2`, `along2`, `thin2`: squares of the components
-// of the wide direction, of the motion and of the thin direction. Along an axis, a patch of the chip
-// covers more cells than its own width: its thickness and its path are oblique to the axis, too. So
-// the gap seems narrower. The correction vanishes with the gap, so that the width has no jump.
+// of the wide direction, of the motion and of the thin direction. If the chip is oblique to an
+// axis, its thickness and its path also cover cells along this axis. So the gap between two patches
+// seems narrower than it is, and this function adds a correction. The correction starts at zero for
+// a gap of zero, so that the width does not jump.
 double gap_share(const Vec3& gaps, const Vec3& across2, const Vec3& along2, const Vec3& thin2,
                  double wide, double thick, double path) {
   double gap = std::clamp(across2.dot(gaps), 0.0, kMaxGap);
@@ -91,7 +93,8 @@ Chip chip_of(const ChipMoments& sums, double cells, double pitch_mm, const Vec3&
     const Mat3 flat = across * covariance * across;
     const double trace = flat.trace();
     if (trace > 0) {
-      // A symmetric matrix with one eigenvalue 0: this gives the larger of the others.
+      // One eigenvalue of this symmetric matrix is 0. These lines compute the larger of the other
+      // two.
       const double half = 0.5 * trace;
       const double difference = std::sqrt(std::max(0.0, 0.5 * flat.squaredNorm() - half * half));
       const double apart = std::min(half, difference);
@@ -109,7 +112,7 @@ Chip chip_of(const ChipMoments& sums, double cells, double pitch_mm, const Vec3&
       }
       wide = std::max(min_width, wide);
       width = chip.moves < 1 ? width + chip.moves * (wide - width) : wide;
-      // As if both eigenvalues were at least 0: D stays within [-1, 1].
+      // `apart` treats a negative eigenvalue as 0, so that D stays within [-1, 1].
       if (apart > 0) chip.flatness = apart / (half * difference) * (flat - half * across);
     }
   }

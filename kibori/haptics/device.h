@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Interface of a force-feedback device to the servo loop: reads pose and buttons, writes a wrench.
-// Errors are values. On the servo thread no call allocates, locks or throws. kibori/devices has one
-// file per device.
+// Errors are values. The functions that the servo thread calls do not allocate, lock or throw.
+// kibori/devices has one file per device.
 #pragma once
 
 #include <cstdint>
@@ -25,16 +25,16 @@ struct DeviceCapabilities {
   double torque_rate_nmm_s = 20000;  // maximum rate of change of the moment
   double speed_mm_s = 1000;          // a higher speed counts as an error
   double damping_ns_mm = 0.001;      // damping of its mechanics with a hand on it
-  double stiffness_n_mm = 0.3;       // initial stiffness
+  double stiffness_n_mm = 0.3;       // default stiffness of a spring tool at this device
   Box workspace_mm;                  // about its own centre; empty: unknown
 };
 
-// Age of a reading if there is none yet.
+// Value of DeviceReading::age_s before the first reading.
 inline constexpr double kUnknownAge = 1e9;
 
 enum class DeviceStatus : uint8_t {
   ok,
-  stale,      // no new reading since the last read: the data is older than a tick
+  stale,      // no fresh reading: the data is older than a tick
   unplugged,  // the device was connected and no longer is
   failed,     // the device reports an error: see Device::complaint
 };
@@ -45,6 +45,7 @@ struct DeviceReading {
   Vec3 velocity_mm_s = Vec3::Zero();
   uint32_t buttons = 0;  // bit 0: the first
   double age_s = 0;      // age of the reading
+  double pressure = 1;   // of a pen, 0 to 1; 1 for any other hand
 };
 
 class Device {
@@ -54,14 +55,14 @@ class Device {
   virtual DeviceStatus read(DeviceReading& reading) = 0;
   // True if more readings are due in this tick: a device that plays a path can fall behind.
   virtual bool behind() const { return false; }
-  // True if the device keeps its path until it is read. Then a tick may leave out a reading, and no
-  // part of the path is lost.
+  // True if the device keeps its path until it is read. Then a tick may skip read(), and no part of
+  // the path is lost.
   virtual bool can_wait() const { return false; }
-  // True if the hand works with its tool. A pointer works while it follows a stroke.
+  // True if the tool may edit now. With a pointer, this is so only during a stroke.
   virtual bool pressed() const { return true; }
   // Sets the wrench to output from now on: N, and N mm about the grip, in the device's axes.
   virtual DeviceStatus write(const Wrench& wrench) = 0;
-  // Sets the stiffness of the coming forces, for devices that extrapolate between writes.
+  // Sets the stiffness with which the force changes between writes, for devices that extrapolate.
   virtual void expect_stiffness(double n_mm) { static_cast<void>(n_mm); }
   // One sentence about the last status that was not ok. Not for the servo thread.
   virtual std::string complaint() const { return {}; }

@@ -4,15 +4,15 @@
 namespace kibori {
 namespace {
 
-// If a tool turns, its force is scaled so that its work over the tick matches the paid volume. The
-// tool may have turned away from the direction in which the volume was removed. This factor limits
-// the force then.
+// If a tool turns, its force is scaled so that its work over the tick matches the paid volume. If
+// the tool has turned away from the direction in which the volume was removed, the scale could be
+// very large. This is its maximum.
 constexpr double kMaxScale = 2;
 
 }  // namespace
 
-// Each point resists with -kf p/|p|. sum_r is the sum of the points' positions relative to the tip
-// [mm].
+// Each removed point resists with -kf p/|p|, where p is the displacement of the tip. sum_r is the
+// sum of the points' positions relative to the tip [mm].
 Wrench paper_wrench(int dof, const RemovedPart& part, const Material& material,
                     const TickMotion& tick, double pitch_mm, const Vec3& origin_mm) {
   const double length = std::sqrt(tick.travel.squaredNorm());
@@ -56,6 +56,7 @@ PathMean::Resistance resistance_of(const RemovedPart& part, const TickMotion& ti
   PathMean::Resistance r;
   r.volume = part.resisting();
   r.lever = part.resisting_moment();
+  r.has_chip = part.has_chip;
   if (part.has_chip) r.chip = chip_moments(part, tick, pitch_mm);
   if (part.turning) {
     r.force = part.turn().force;

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
-// Force models: compute the force and moment at the tool's tip from what a motion removed. Units:
-// N, N mm.
+// Force models: compute the force and moment at the tool's tip from the material that a motion
+// removed. Units: N, N mm.
 //
 //   paper    F = -Kf K p/|p|          M = sum z_i x F_i; exactly eqs. 4 and 5 of the paper
-//   energy   F = -u dV/|p| p/|p|      M likewise; u [N/mm^2] the material's specific cutting
-//                                     energy, or the value that the law of chip.h gives
+//   energy   F = -u dV/|p| p/|p|      M = z x F with the centre of dV; u [N/mm^2] is the material's
+//                                     specific cutting energy, or the result of the law of chip.h
 //
-// p is the tip's displacement over the tick. e_z is the tool's axis at its end. dV is the sliding
-// mean of path_mean.h. Five degrees of freedom (eq. 5) use only the lever along the tool. Six use
-// the whole lever r_i x F_i.
+// p is the tip's displacement over the tick. dV is the sliding mean (path_mean.h) of the removed
+// volume. The levers z are relative to the tip. With five degrees of freedom (eq. 5), z is the part
+// of the lever along the tool's axis. With six it is the whole lever.
 #pragma once
 
 #include <algorithm>
@@ -39,26 +39,27 @@ struct TickMotion {
   Vec3 turn = Vec3::Zero();    // rotation vector [rad]; zero if the tool only translates
 };
 
-// Share of the cutting force that the hand supports if a motor drives the tool. The motor gives the
-// cutting speed, the hand the feed. Feed forces of routers and burrs are about a tenth of the force
-// of a knife with the same chip. With a larger share, a carver could not push a ball burr through
-// oak. With a smaller one, hard and soft wood would give the same force.
+// Share of the cutting force that the hand supports if a motor drives the tool: the hand only feeds
+// the tool. Feed forces of routers and burrs are about a tenth of the force of a knife with the
+// same chip. With a larger share, a carver could not push a ball burr through oak. With a smaller
+// one, hard and soft wood would give the same force.
 inline constexpr double kPoweredShare = 0.1;
-// The same if the lever and screw of a press or an arbor drive a stamp.
+// Share that the hand supports if a press drives a stamp: its lever or screw does the rest.
 inline constexpr double kPressShare = 0.01;
 
-// Thrust of a sharp edge, and the maximum; a worn edge has more than a sharp one.
+// ForceLaw::thrust of a sharp edge, and its maximum. The edge of a worn tool has more thrust.
 inline constexpr double kSharpThrust = 0.3, kMaxThrust = 3;
 
 inline constexpr int kForceVersion = 2;
 
 struct ForceLaw {
-  // In model `series` a tick computes the wrench of `energy`; the spring's pull replaces it.
+  // In model `series`, DirectTool computes the wrench as in `energy`; HandTool replaces it by the
+  // spring's pull.
   ForceModel model = ForceModel::paper;
   int dof = 5;  // 5 or 6
   // Model `energy`: share of the cutting force that the hand supports (see kPoweredShare).
   double hand_share = 1;
-  // True: the material inside the tool at the stroke's beginning also resists its first tick. Old
+  // True: material inside the tool at the stroke's beginning also resists in the first tick. Old
   // documents computed their forces this way.
   bool start_resists = false;
   // Model `energy`: thrust as a share of the cutting force. It pushes the edge along the normal of
@@ -84,10 +85,10 @@ Wrench paper_wrench(int dof, const RemovedPart& part, const Material& material,
 // tick.tip (Motion::reference). For a turn it also needs element sums (Motion::turning).
 PathMean::Resistance resistance_of(const RemovedPart& part, const TickMotion& tick,
                                    double pitch_mm);
-// Wrench of the resistance that is paid in a tick. u: cutting_energy of chip.h.
+// Wrench of the resistance that is paid in a tick (see path_mean.h). u: cutting_energy of chip.h.
 Wrench energy_wrench(const ForceLaw& law, const PathMean::Resistance& paid, double u,
                      const TickMotion& tick, double pitch_mm);
-// Wrench of the thrust for a cut that needs `force`. It acts at the centre of the paid volume.
+// Wrench of the thrust if the cutting force is `force`. It acts at the centre of the paid volume.
 Wrench thrust_wrench(const ForceLaw& law, const ChipMoments& paid, const Chip& chip,
                      const Vec3& force, const TickMotion& tick, double pitch_mm);
 

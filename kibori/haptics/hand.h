@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Simulates a hand on a device. It moves the virtual device and tests stability.
+// Simulates a hand on a device. It moves the virtual device, and tests of stability use it.
 //
 //   target ──/\/\/\──┬── [hand + device mass] ── device's own damping
 //            ──▭──   ┘            ▲ force from the program
 //
 // The hand follows a target through a spring and a damper (its grip). The device has its own mass
-// and damping. Integrated in 20 steps per tick, implicit in springs and dampers, so any grip is
-// stable.
+// and damping. The motion is integrated in 20 steps per tick, implicitly in springs and dampers, so
+// any grip is stable.
 #pragma once
 
 #include <algorithm>
@@ -29,7 +29,7 @@ class SimulatedHand {
   SimulatedHand(const HandSettings& settings, const Vec3& at_mm) : s_(settings), position_(at_mm) {}
 
   // Advances by dt under a constant force from the program. The target moves at the given velocity
-  // and ends at target_mm.
+  // and is at target_mm at the end of the step.
   void step(const Vec3& force_n, const Vec3& target_mm, const Vec3& target_velocity_mm_s,
             double dt_s) {
     constexpr int kSteps = 20;

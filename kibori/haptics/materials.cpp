@@ -20,15 +20,15 @@ namespace {
 //   Lime is beech and walnut is oak, scaled by density; neither was measured.
 // Density of woods at 12 % moisture: Wood Handbook, FPL-GTR-282 (2021), table 5-3b, and
 //   EN 350:2016.
-// ring: the late wood of a ring is denser than its early wood. Conifers: two to three times.
-//   Ring-porous oak: half as much again, or more. Diffuse-porous beech and lime: hardly (Wood
-//   Handbook, chapter 3).
+// ring: density of a ring's late wood divided by that of its early wood, minus 1. The quotient is 2
+//   to 3 in conifers, 1.5 or more in ring-porous oak, and nearly 1 in diffuse-porous beech and lime
+//   (Wood Handbook, chapter 3).
 // ring_mm: usual widths of European timber, 1 to 4 mm; balsa grows about 8 mm in a year.
-// yield_n: the length of a carver's edge (some mm) times the force of a sharp edge per mm, 0.1 to
-//   0.2 N in these woods (P. Koch, Wood Machining Processes, 1964).
+// yield_n: length of a carver's edge (a few mm) times the force of a sharp edge per mm. This force
+//   is 0.1 to 0.2 N in these woods (P. Koch, Wood Machining Processes, 1964).
 // gc: I. Smith, E. Landis and M. Gong, Fracture and Fatigue in Wood (2003): 0.1 to 0.6 N/mm if a
-//   crack runs along the grain, as a wedge splits.
-// Wax, clay, foam: tests of modelling materials scatter by a factor of ten; we use middle values.
+//   wedge opens a crack along the grain.
+// Wax, clay, foam: published values differ by up to a factor of ten; we use middle values.
 // Bone: orthogonal cutting of cortical bone, C. H. Jacobs et al., J. Biomechanics 7 (1974) 131, and
 //   K. L. Wiggins and S. Malkin, J. Biomech. Eng. 100 (1978) 122: some tens to 150 N/mm^2.
 //   Trabecular bone is scaled by the square of its density, as its strength is (Carter and Hayes
@@ -36,8 +36,8 @@ namespace {
 // Acrylic (PMMA): 80 to 150 N/mm^2 in orthogonal cutting. Dentine and enamel are acrylic scaled by
 //   Martens hardness (180, 468 and 2264 N/mm^2: Dentistry Journal 12 (2024) 1, table 2). Plaster
 //   and machinable wax: estimates from their strength. Expect errors of a factor of two here.
-// kf (force model `paper`, N per point) has no physical counterpart: the paper leaves it open. It
-//   is proportional to the resistance.
+// kf (force model `paper`, N per point) has no physical counterpart, and the paper gives no value.
+//   We set it in proportion to u.
 Material wood(const char* name, std::array<double, 3> k, double density, double ring,
               double ring_mm, double gc, std::array<uint8_t, 3> color) {
   Material material;

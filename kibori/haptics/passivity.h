@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Observes the energy that hand and program exchange. Optionally adds limited damping to remove the
-// energy that the program generates (Hannaford and Ryu 2002).
+// Counts the energy that hand and program exchange. Optionally adds damping, up to a limit, to
+// remove energy that the program generates (Hannaford and Ryu 2002).
 #pragma once
 
 #include <algorithm>
@@ -12,12 +12,12 @@ namespace kibori {
 
 class PassivityObserver {
  public:
-  // cap_ns_mm: maximum damping that the controller may add; 0: only observe. check_stability counts
-  // it as part of the viscosity.
+  // cap_ns_mm: maximum damping that the observer may add; 0: it only counts. For check_stability,
+  // include this maximum in Rendering::viscosity_ns_mm.
   explicit PassivityObserver(double cap_ns_mm = 0) : cap_ns_mm_(cap_ns_mm) {}
 
   // Call this after the device moved to `position_mm` under the force of the last tick. Returns
-  // `wanted_n` with the controller's damping added. Then call given() with the actual output.
+  // `wanted_n` plus the force of the added damping. Then call given() with the actual output.
   Vec3 tick(const Vec3& position_mm, const Vec3& wanted_n, double tick_s) {
     const Vec3 moved = started_ ? Vec3(position_mm - last_position_) : Vec3(Vec3::Zero());
     energy_mj_ -= given_.dot(moved);
@@ -26,14 +26,14 @@ class PassivityObserver {
     started_ = true;
     const double moved2 = moved.squaredNorm();
     if (!(cap_ns_mm_ > 0) || !(energy_mj_ < 0) || !(moved2 > 0)) return wanted_n;
-    // Over one such tick, damping b dissipates b |moved|^2 / T.
+    // In a tick with this displacement, damping b dissipates b |moved|^2 / T.
     const double damping = std::min(cap_ns_mm_, -energy_mj_ * tick_s / moved2);
     return wanted_n - (damping / tick_s) * moved;
   }
   void given(const Vec3& force_n) { given_ = force_n; }
 
-  // Energy that the hand put in, minus what it got back [N mm = mJ]. Below 0, the program generated
-  // energy.
+  // Energy that the hand put in minus energy that it got back [N mm = mJ]. Below 0, the program
+  // generated energy.
   double energy_mj() const { return energy_mj_; }
   double min_mj() const { return min_mj_; }
 

@@ -7,7 +7,7 @@
 namespace kibori {
 namespace {
 
-// Integral of min(y, 1): a payment over one cell that began y cells ago has paid min(y, 1).
+// Integral of min(y, 1), which is the share of a volume that is paid y cells after its removal.
 double integral(double y) {
   if (!(y > 0)) return 0;
   return y < 1 ? 0.5 * y * y : y - 0.5;
@@ -21,6 +21,8 @@ void PathMean::Resistance::add(const Resistance& other, double times) {
   force += times * other.force;
   moment += times * other.moment;
   moment_axis += times * other.moment_axis;
+  if (!other.has_chip) return;
+  has_chip = true;
   chip.add(other.chip, times);
 }
 
@@ -37,7 +39,7 @@ void PathMean::put(int material, const Resistance& what, double cells) {
   by_path.moment_axis *= cells;
   by_path.chip.section *= cells;
   const double begin = at_, end = at_ + counted(cells);
-  // What was removed more than a cell before the tick's end is paid by then.
+  // The volume that was removed more than a cell before the tick's end is paid at once.
   const double from = std::max(begin, std::floor((end - 1) * kBinsPerCell) / kBinsPerCell);
   if (from > begin) window.carried.add(by_path, 1 - (end - from) / cells);
   for (auto number = static_cast<int64_t>(std::floor(from * kBinsPerCell));; number++) {
@@ -98,6 +100,14 @@ PathMean::Resistance PathMean::pay_of(int material, double cells) {
   now.moment /= cells;
   now.moment_axis /= cells;
   return now;
+}
+
+void PathMean::drop() {
+  dropped_ += unpaid();
+  materials_ = paid_ = 0;
+  at_ = 0;
+  recent_ = older_ = {};
+  recent_cells_ = 0;
 }
 
 double PathMean::unpaid() const {

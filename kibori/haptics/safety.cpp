@@ -17,11 +17,11 @@ Vec3 within(const Vec3& v, double max) {
   return l > max ? Vec3(v * (max * (1 - 1e-12) / l)) : v;
 }
 
-// Moves from `last` towards `wanted` by at most `step`. Shrinking is not limited.
+// Moves from `last` towards `wanted` by at most `step`. A change that only shortens the vector is
+// not limited.
 Vec3 towards(const Vec3& last, const Vec3& wanted, double step) {
   const Vec3 change = wanted - last;
   if (length(change) <= step) return wanted;
-  // The part of the change that only makes it smaller needs no limit.
   const double l = length(last);
   const double smaller = std::min(l, length(wanted));
   const Vec3 from = l > 0 ? Vec3(last * (smaller / l)) : last;
@@ -80,7 +80,7 @@ Wrench SafetyStage::latch(Trip trip) {
 
 Wrench SafetyStage::pass(const SafetyInput& input) {
   if (state_ == State::off) return {};
-  // Written so that NaN also trips.
+  // The comparisons are negated, so that NaN also trips.
   if (input.device == DeviceStatus::unplugged) return latch(Trip::device_unplugged);
   if (input.device == DeviceStatus::failed) return latch(Trip::device_failed);
   if (!input.wanted.force.allFinite() || !input.wanted.moment.allFinite() ||

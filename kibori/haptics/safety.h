@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The last stage before a device. It limits every output, however the input was computed.
+// The last stage before a device. It limits every output, regardless of how the input was computed.
 //
 //        arm()          wanted force small         1 s
 //   off ──────▶ waiting ──────────────────▶ ramp up ─────▶ full
@@ -51,8 +51,8 @@ class SafetyStage {
   void arm();
   // Sets the output to 0 at once, without a reason.
   void disarm();
-  // Runs one tick. The output is within the device's force, moment and rate limits. A decrease to 0
-  // is never delayed. Does not allocate or fail.
+  // Runs one tick and returns the output, which is within the device's force, moment and rate
+  // limits. The rate limit never delays a decrease. Does not allocate or fail.
   Wrench pass(const SafetyInput& input);
 
   State state() const { return state_; }
@@ -69,11 +69,11 @@ class SafetyStage {
   Wrench last_;
 };
 
-// Rendered parameters, for the stability condition.
+// Properties of the force that a device renders, for check_stability.
 struct Rendering {
-  double stiffness_n_mm = 0;   // k of the series tool
-  double viscosity_ns_mm = 0;  // B: all rendered viscosity
-  double tick_s = 0.001;       // T
+  double stiffness_n_mm = 0;   // k of the spring of model `series`
+  double viscosity_ns_mm = 0;  // B: sum of all rendered damping
+  double tick_s = 0.001;       // T: period of the servo loop
 };
 // Returns Ok if k T/2 + |B| is within the device's own damping (Colgate and Schenkel 1997).
 // Otherwise returns one sentence that says what to change, and to what value.

@@ -56,7 +56,7 @@ double ServoClock::wait() {
   due_ns_ += period_ns_;
   int64_t now = now_ns();
   if (now >= due_ns_ + period_ns_) {
-    // Ticks that are past are skipped, not repeated.
+    // Skips the ticks that should already have ended.
     const int64_t past = (now - due_ns_) / period_ns_;
     statistics_.missed += static_cast<uint64_t>(past);
     due_ns_ += past * period_ns_;

@@ -30,9 +30,10 @@ int64_t period_of(double rate_hz);
 class ServoClock {
  public:
   explicit ServoClock(double rate_hz);
-  // Sleeps until the next tick is due. Skips ticks that are past. Returns the seconds since the
-  // last tick began (0 the first time).
+  // Sleeps until the next tick is due. Skips ticks that it has missed. Returns the seconds since
+  // the last tick began (0 the first time).
   double wait();
+  // Call this when the work of the tick is done.
   void done();
   const ServoStatistics& statistics() const { return statistics_; }
 

@@ -14,8 +14,8 @@ class Workspace {
   explicit Workspace(const Vec3& centre_mm = Vec3::Zero(), double scale = 1, int clutch_button = -1)
       : centre_mm_(centre_mm), scale_(scale), clutch_button_(clutch_button) {}
 
-  // Requested pose of the tool. While the clutch is held, the position stays, and later continues
-  // from there. The tool always turns with the hand.
+  // Requested pose of the tool. While the clutch is held, the tool stays in place. When it is
+  // released, the tool continues from there. The tool always turns with the hand.
   Pose pose_of(const DeviceReading& reading) {
     const Vec3 there = centre_mm_ + scale_ * reading.position_mm;
     clutched_ = clutch_button_ >= 0 && ((reading.buttons >> clutch_button_) & 1);
@@ -27,12 +27,12 @@ class Workspace {
     started_ = true;
     return {last_, reading.frame};
   }
-  // Moves the tool to `tip_mm`, as if the clutch had been held meanwhile.
+  // Moves the tool to `tip_mm` without a motion of the hand: changes the offset.
   void bring(const Vec3& tip_mm) {
     centre_mm_ = started_ ? Vec3(centre_mm_ + tip_mm - last_) : tip_mm;
     last_ = tip_mm;
   }
-  // Scales about the position of the tool.
+  // Changes the scale. The position of the tool stays.
   void set_scale(double scale) {
     if (started_) centre_mm_ = last_ - (last_ - centre_mm_) * (scale / scale_);
     scale_ = scale;

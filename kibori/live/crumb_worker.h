@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
-// The thread that searches for the pieces that a stroke severed. It runs in parallel with the
-// servo, which never waits for it.
+// The thread that searches for pieces that a stroke cut off. The servo never waits for it.
 //
 //   servo:   begin(stroke that ended) ──► take_crumbs, on a separate model ──► take(done)
 //
-// It handles one stroke at a time. Until the result arrives, the tool changes no material and only
-// produces forces.
+// It handles one stroke at a time. Until the servo has taken the result, its tool changes no
+// material and only produces forces.
 #pragma once
 
 #include <atomic>
@@ -24,7 +23,7 @@ class CrumbWorker {
     LatticeBox bounds;  // of the material
     double removed_mm3 = 0;
     Crumbs rule = Crumbs::sort;
-    std::shared_ptr<const NoGo> no_go;  // pieces that contain some of it stay
+    std::shared_ptr<const NoGo> no_go;  // pieces that contain a part of this region stay
   };
   struct Done {
     Stroke stroke;         // `after` and `bounds` exclude the crumbs
@@ -36,24 +35,26 @@ class CrumbWorker {
   ~CrumbWorker();
   CrumbWorker(const CrumbWorker&) = delete;
 
-  // For the servo's thread. None of these waits, locks or allocates. Call begin() only while idle.
+  // For the servo's thread. Only wait() waits; none of these locks or allocates. Call begin() only
+  // while idle.
   void begin(Stroke stroke);
   bool idle() const { return idle_; }
   // Moves the result to `done` if it exists. Then the worker is idle.
   bool take(Done& done);
-  // Waits until the result of a pending stroke exists. For the owner of a servo without a thread.
+  // Waits until the result of a pending stroke exists. For a caller that runs the ticks itself
+  // (LiveCarving::tick).
   void wait() const;
 
  private:
   void signal();
   void run();
 
-  bool idle_ = true;  // the servo's
+  bool idle_ = true;  // for the servo's thread
   // Shared by both threads.
   SmallQueue<Stroke, 2> strokes_;
   SmallQueue<Done, 2> done_;
   std::atomic<int> signals_{0}, answers_{0};
-  int request_count_ = 0;  // the servo's
+  int request_count_ = 0;  // for the servo's thread
   std::atomic<bool> stopping_{false};
   std::thread thread_;
 };

@@ -33,32 +33,40 @@ bool DabWorker::begin(Stroke stroke) {
   sent_ = stroke.start;
   keeps_newest_ = warps(stroke.settings.mode);
   merge_tolerance_mm_ = kMergeTolerance * stroke.state.lattice.pitch_mm;
-  // A brush is round: its turn changes nothing.
+  // A brush is round, so only the path of its tip counts (PoseMerger).
   const Mode mode = stroke.settings.mode;
   merge_reach_mm_ = mode == Mode::press || on_wheel(mode) ? reach_mm(stroke.settings.tool) : 0;
-  merged_.begin(sent_, merge_tolerance_mm_, merge_reach_mm_);
+  merge_from_sent();
   strokes_.push(std::move(stroke));
   return true;
 }
 
-bool DabWorker::push(const Pose& pose, bool ends) {
-  if (!waiting_.push({number_, pose, ends})) return false;
+// Begins the next merged motion.
+void DabWorker::merge_from_sent() {
+  merged_.begin(sent_, merge_tolerance_mm_, merge_reach_mm_, sent_pressure_);
+}
+
+bool DabWorker::push(const Pose& pose, double pressure, bool ends) {
+  if (!waiting_.push({number_, pose, pressure, ends})) return false;
   moves_++;
   sent_ = pose;
-  merged_.begin(sent_, merge_tolerance_mm_, merge_reach_mm_);
+  sent_pressure_ = pressure;
+  merge_from_sent();
   signal();
   return true;
 }
 
-bool DabWorker::move(const Pose& pose) {
-  if (!crowded()) return flush() && push(pose, false);
-  if (keeps_newest_) merged_.begin(sent_, merge_tolerance_mm_, merge_reach_mm_);
-  return merged_.add(pose) || (flush() && merged_.add(pose));
+bool DabWorker::move(const Pose& pose, double pressure) {
+  if (!crowded()) return flush() && push(pose, pressure, false);
+  if (keeps_newest_) merge_from_sent();
+  return merged_.add(pose, pressure) || (flush() && merged_.add(pose, pressure));
 }
 
-bool DabWorker::flush() { return merged_.empty() || push(merged_.end(), false); }
+bool DabWorker::flush() {
+  return merged_.empty() || push(merged_.end(), merged_.end_pressure(), false);
+}
 
-bool DabWorker::end() { return flush() && push(sent_, true); }
+bool DabWorker::end() { return flush() && push(sent_, sent_pressure_, true); }
 
 size_t DabWorker::queued() const {
   return static_cast<size_t>(moves_ - answered_.load(std::memory_order_acquire));
@@ -70,7 +78,7 @@ size_t DabWorker::pending() const { return queued() + (merged_.empty() ? 0 : 1);
 
 bool DabWorker::take(Done& done) {
   while (done_.pop(done)) {
-    signal();  // the worker may wait for room
+    signal();  // the worker may wait for room in done_
     if (!is_dropped(done.stroke)) return true;
   }
   return false;
@@ -78,7 +86,7 @@ bool DabWorker::take(Done& done) {
 
 void DabWorker::drop() {
   dropped_.store(number_, std::memory_order_release);
-  merged_.begin(sent_, merge_tolerance_mm_, merge_reach_mm_);
+  merge_from_sent();
   signal();
 }
 
@@ -123,11 +131,11 @@ void DabWorker::work(const Move& move) {
   }
   if (!bench_ || is_dropped(move.stroke)) return;
   const Mode mode = stroke_.settings.mode;
-  // A newer pose is waiting, so the warp of this pose would be discarded.
+  // If a newer pose is waiting, the warp of this pose would be discarded.
   if (warps(mode) && !move.ends && !waiting_.empty()) return;
   auto& [model, reshape] = *bench_;
-  // Until something changes, every move begins the stroke again. Therefore, its log starts at the
-  // first change.
+  // Until something changes, every move begins the stroke again. So the recorded stroke starts at
+  // the first change.
   if (!changed_ && !reshape.begin(stroke_.settings, *stroke_.materials, last_)) {
     give_up();
     return;
@@ -139,6 +147,7 @@ void DabWorker::work(const Move& move) {
   done.result =
       moved_tick({last_, move.pose.tip - last_.tip, rotation_between(last_.frame, move.pose.frame)},
                  move.pose.tip);
+  done.result.pressure = move.pressure;
   const uint64_t before = model.generation();
   if (!(move.ends ? reshape.end(done.result) : reshape.advance(done.result, true))) {
     give_up();
@@ -147,8 +156,9 @@ void DabWorker::work(const Move& move) {
   done.changed = model.generation() != before;
   changed_ |= done.changed;
   if (done.changed && after_change_) after_change_();
-  // A warp's stroke keeps its first pose, even if the first change comes late.
-  if (!warps(mode) || changed_) last_ = done.result.pose;
+  // If the result depends on the stroke's first pose, keep that pose, even if the first change
+  // comes late.
+  if (changed_ || !reshape.holds_start()) last_ = done.result.pose;
   if (!changed_) return;
   done.work_per_mm = reshape.work_per_mm();
   done.stiffness_n_mm = reshape.stiffness_n_mm();

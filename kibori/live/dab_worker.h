@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The thread that computes reshaping strokes. It runs in parallel with the servo, which never waits
-// for it.
+// The thread that computes reshaping strokes, because they are too slow for a tick. The servo never
+// waits for it.
 //
 //   servo:   begin(stroke), move(pose) ──► ReshapeStroke, on a separate model ──► take(done)
 //
@@ -8,7 +8,7 @@
 // The servo restores that state between two ticks, as an undo does. Moves before the first one that
 // changes anything do not belong to the stroke and have no result.
 //
-// Dabs follow the whole path, however late they are. The queue is bounded, and no path is lost:
+// Dabs follow the whole path, even if they are late. The queue is bounded, and no path is lost:
 //
 //   less than half full   every pose is a move of its own
 //   half full             crowded(): a hand that can wait does so (Device::can_wait). For any other
@@ -18,8 +18,8 @@
 // A warp is a function of the last pose alone. If several moves wait, it is computed for the newest
 // of them, and a crowded queue keeps only the newest pose.
 //
-// Dabs may also run on the pool's threads, which have normal priority. There are fewer of them than
-// processors, so that the servo and the drawing thread have one processor each.
+// Dabs also use threads of TBB's pool, which have normal priority. spare_threads() leaves one
+// processor for the servo, and one for drawing.
 #pragma once
 
 #include <atomic>
@@ -52,12 +52,12 @@ class DabWorker {
     uint64_t stroke = 0;
     Pose before;                // of the tool
     ToolTick result;            // with the pose after the move
-    bool ends = false;          // ReshapeStroke::end made it
+    bool ends = false;          // result of ReshapeStroke::end
     double work_per_mm = 0;     // see held_force
     double stiffness_n_mm = 0;  // of a warp: see MaxwellForce
-    double pending_mm3 = 0;     // clay that a press could not put back, at its end
-    bool failed = false;        // it could not be computed: its stroke ends before it
-    bool changed = false;       // true if there is a state
+    double pending_mm3 = 0;     // clay for which a press found no room, at its end
+    bool failed = false;        // the move could not be computed: the stroke ends before it
+    bool changed = false;       // true: the move changed the model; `state` and `bounds` are set
     Snapshot state;
     LatticeBox bounds;
   };
@@ -81,19 +81,21 @@ class DabWorker {
   // For the servo's thread. None of these waits, locks or allocates. begin() returns false while
   // kMaxStrokes are waiting.
   bool begin(Stroke stroke);
-  // The tool moved to `pose`. Returns false if there is no room for it, not even merged.
-  bool move(const Pose& pose);
-  // Sends merged poses. Call it before the end of a stroke until it returns true. False: no room.
+  // The tool moved to `pose`, with this pressure of a pen. Returns false if there is no room for it,
+  // not even merged.
+  bool move(const Pose& pose, double pressure = 1);
+  // Sends the merged poses to the worker. Call it before the end of a stroke until it returns true.
+  // Returns false if there is no room.
   bool flush();
   // The stroke ends at its last pose (ReshapeStroke::end). Returns false if there is no room yet.
   bool end();
   // True if more than half of the queue is in use, or if begin() would return false.
   bool crowded() const;
-  // The number of poses that wait. A merged motion counts as one.
+  // The number of moves that the worker has not processed. A merged motion counts as one.
   size_t pending() const;
   // Moves the next result to `done` if there is one.
   bool take(Done& done);
-  // Ends all strokes so far. Moves without a taken result have no effect.
+  // Discards all strokes so far, with the results that were not taken.
   void drop();
   // True if no more results will come.
   bool settled() const;
@@ -105,10 +107,12 @@ class DabWorker {
   struct Move {
     uint64_t stroke = 0;
     Pose pose;
+    double pressure = 1;
     bool ends = false;
   };
   size_t queued() const;
-  bool push(const Pose& pose, bool ends);
+  void merge_from_sent();
+  bool push(const Pose& pose, double pressure, bool ends);
   void signal();
   void run();
   void work(const Move& move);
@@ -117,7 +121,7 @@ class DabWorker {
   bool is_dropped(uint64_t stroke) const {
     return stroke <= dropped_.load(std::memory_order_acquire);
   }
-  // A separate model for one stroke. It keeps tiles alive that nothing else needs.
+  // A separate model for one stroke. While it exists, it keeps old tiles in memory.
   struct Bench {
     Bench(const Stroke& stroke, int threads, std::shared_ptr<DabMemory> memory)
         : model(stroke.state, stroke.bounds), reshape(model, std::move(memory)) {
@@ -131,7 +135,8 @@ class DabWorker {
   const int threads_;
   // For the servo's thread.
   uint64_t number_ = 0, moves_ = 0;
-  Pose sent_;  // the last pose in the queue
+  Pose sent_;                 // the last pose in the queue
+  double sent_pressure_ = 1;  // with it
   PoseMerger merged_;
   bool keeps_newest_ = false;  // the stroke is a warp
   double merge_tolerance_mm_ = 0, merge_reach_mm_ = 0;
@@ -139,8 +144,8 @@ class DabWorker {
   SmallQueue<Stroke, kMaxStrokes> strokes_;
   SmallQueue<Move, kMaxMoves> waiting_;
   SmallQueue<Done, kMaxDone> done_;
-  std::atomic<uint64_t> dropped_{0};   // strokes up to this one
-  std::atomic<uint64_t> answered_{0};  // number of moves
+  std::atomic<uint64_t> dropped_{0};   // strokes up to this number are discarded
+  std::atomic<uint64_t> answered_{0};  // number of moves that the worker has processed
   std::atomic<int> signals_{0};
   std::atomic<bool> stopping_{false};
   // For the worker's thread.

@@ -8,7 +8,7 @@
 namespace kibori {
 namespace {
 
-// Threads for actions on bodies. The servo only holds the tool in the meantime.
+// Number of threads for an action on bodies. During it, the servo changes nothing.
 constexpr int kThreads = 2;
 
 }  // namespace
@@ -93,17 +93,21 @@ void DocumentWriter::write() {
     items_.clear();
   }
   if (waiting_ && live_.post(waiting_)) waiting_ = nullptr;
-  // An item that cannot be written, not even into memory, stays in the queue with all that follow.
+  // If an item cannot be written, not even into memory, it stays in the queue, and so do all later
+  // ones.
   Status written = Ok{};
   while (written && !unwritten_.empty()) {
     written = take(unwritten_.front());
     if (written) unwritten_.pop_front();
   }
-  // The states that the document remembers keep their tiles.
+  // States that the document keeps hold their tiles, so the model's pools need new memory.
   of_model_.keep_ready(ServoContext::kReadyTiles);
   if (written) written = document_->flush();
   for (const auto& call : calls) call(*document_);
   std::string write_error = written ? document_->unsaved() : written.error();
+  if (written && !write_error.empty())
+    write_error +=
+        "; the work continues in memory: make room on the disk, or export the document elsewhere";
   if (live_.log().lost()) {
     write_error = document_->name() +
                   ": the disk was too slow for the carving; work since then is not in any document";
@@ -116,10 +120,11 @@ Status DocumentWriter::take(const Item& item) {
   switch (item.event.kind) {
     case StrokeLog::Kind::begin: {
       const StrokeLog::Begin& b = *item.begin;
-      return document_->begin(
-          {b.tool, b.mode, b.material, *b.materials, b.force, b.rate_hz, b.symmetry, b.brush,
-           document_->active(), b.crumbs, b.second, device_},
-          b.start);
+      StrokeSettings settings{b.tool,    b.mode,     b.material, *b.materials,        b.force,
+                              b.rate_hz, b.symmetry, b.brush,    document_->active(), b.crumbs,
+                              b.second,  device_};
+      settings.begin_on(b.lattice);
+      return document_->begin(settings, b.start);
     }
     case StrokeLog::Kind::tick:
       document_->add(item.event.tick, forces_ ? &item.event.computed : nullptr,

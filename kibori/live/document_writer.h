@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Two threads that write a hand's strokes into a document during carving, and move in its history.
+// Two threads that write a hand's strokes into a document during carving, and that undo and redo.
 //
 //   hand:    tick, tick, end ──► log ──► Document ──► file
 //   caller:  undo() ──► fence between two ticks ──► log: everything before it is written
@@ -21,7 +21,7 @@
 
 namespace kibori {
 
-// A document's body in the form for ServoContext::set_body. Errors: see no_go_of.
+// Converts a document's body for ServoContext::set_body. Errors: see no_go_of.
 Result<WorkedBody> worked_body(const BodyList& bodies, BodyId id);
 
 class DocumentWriter {
@@ -47,7 +47,7 @@ class DocumentWriter {
   void go(StepId step) { ask(Kind::go, step); }
   // Applies an action on bodies, as a step (Document::act).
   void act(const BodyAction& action) { ask(Kind::act, 0, action); }
-  // Document::revise of the step, on the path to `head`.
+  // Calls Document::revise for `step`, which is on the path to `head`.
   void revise(StepId step, StepId head, const BodyAction& action) {
     ask(Kind::revise, step, action, head);
   }
@@ -60,14 +60,15 @@ class DocumentWriter {
   // file. Any thread.
   void with(std::function<void(Document&)> f);
 
-  // The reason why the file holds only the beginning: a full disk, or a log that overflowed. Empty
-  // if the file is complete. The session continues. Except after an overflow, the document has
-  // everything in memory. Any thread.
+  // The reason why the file has only the beginning of the session: a full disk, or a stroke log
+  // that overflowed. Empty if the file is complete. In both cases the session continues. After a
+  // full disk, the document has everything in memory; after an overflow, strokes are lost. Any
+  // thread.
   std::string write_error() const;
   // The reason why the last request failed; empty if none did. Reading clears it. Any thread.
   std::string notice();
-  // After stop(): saves to another place what the document's file could not take. Returns why the
-  // file holds only the beginning, and where the rest is. Empty if the file is complete.
+  // Call after stop(). If the file has only the beginning, saves the document elsewhere. Returns
+  // the reason and the new place as a sentence; empty if the file is complete.
   std::string settled();
   // Only while no thread runs.
   Document& document() { return *document_; }
@@ -100,17 +101,17 @@ class DocumentWriter {
   LiveCarving& live_;
   std::unique_ptr<Document> document_;
   const bool forces_;
-  const std::string device_;  // that the first hand holds
+  const std::string device_;  // name of the first hand's device
   std::thread reader_, writer_;
   std::atomic<bool> stopping_{false};
   std::atomic<uint64_t> request_count_{0}, answered_{0};
   // For the writer's thread.
-  Snapshot of_model_;               // its memory is refilled
+  Snapshot of_model_;               // gives access to the model's pools, to refill them
   std::optional<Request> request_;  // the current request
   Command waiting_;                 // waits for a place in the command queue of `live_`
   std::shared_ptr<Document::Checkout> to_;
   std::deque<Item> unwritten_;
-  std::mutex reading_;  // guards the log
+  std::mutex reading_;  // only one thread may read the log at a time
   std::condition_variable request_arrived_;
   mutable std::mutex mutex_;  // guards the members below
   std::deque<Item> items_;

@@ -15,7 +15,7 @@ Result<std::unique_ptr<LiveCarving>> LiveCarving::make(std::unique_ptr<TriDexel>
   if (!(settings.rate_hz >= 100 && settings.rate_hz <= 4000))
     return Error{"the servo rate must be 100 to 4000 Hz"};
   if (const Status fits = check_symmetry(settings.symmetry); !fits) return Error{fits.error()};
-  if (const Status fits = check_brush(settings.brush); !fits) return Error{fits.error()};
+  if (const Status fits = check_brush(settings.brush, true); !fits) return Error{fits.error()};
   if (settings.materials.empty() || settings.materials.size() > kMaxMaterials)
     return Error{"there must be 1 to 64 materials"};
   if (const Status fits =
@@ -127,8 +127,8 @@ void LiveCarving::run_command() {
   Command* command = nullptr;
   if (!commands_.pop(command)) return;
   command->run(context_);
-  // The queue has the capacity of both command queues, and every call that adds a command empties
-  // it first. Therefore, it is never full.
+  // finished_ has room for the commands of both other queues. Each call that adds a command to them
+  // empties finished_ first. Therefore, it is never full.
   finished_.push(command);
 }
 
@@ -144,7 +144,7 @@ LiveTick LiveCarving::tick_at_once(double elapsed_s) {
 }
 
 LiveTick LiveCarving::run_tick(double elapsed_s) {
-  // Before any command ends the stroke.
+  // Cancels come first: a command could end the stroke.
   run_cancels();
   // Severed pieces are removed before a command runs or another stroke begins.
   context_.take_crumbs();

@@ -7,7 +7,7 @@
 //   other threads:  post(command) ─► between ticks ─► snapshot ─► latest()
 //
 // The servo thread owns the model and everything in ServoContext. A tick does not allocate, lock,
-// fault or throw. Commands run between ticks and are freed on another thread.
+// throw or cause page faults. Commands run between ticks and are freed on another thread.
 #pragma once
 
 #include <atomic>
@@ -40,12 +40,11 @@ class LiveCarving {
   // and cancel_stroke(), and one thread reads log().
   void start();
   void stop();
-  // Runs one tick, `elapsed_s` after the last, on the caller's thread. It waits until the pieces
-  // that a stroke severed are known. Therefore, the result does not depend on the speed of the
-  // calls. A call while the servo thread runs is a programming error and stops the program.
+  // Runs one tick, `elapsed_s` after the last, on the caller's thread. It waits for the crumb
+  // worker. Therefore, the result does not depend on the speed of the calls. A call while the servo
+  // thread runs is a programming error and stops the program.
   LiveTick tick(double elapsed_s);
-  // The same in the manner of the servo thread, which waits for nothing. For a caller's own
-  // real-time loop.
+  // The same, but like the servo thread it does not wait. For a caller with its own real-time loop.
   LiveTick tick_at_once(double elapsed_s);
 
   // Runs `command` between two ticks, on the servo thread. Returns false if 64 commands are
@@ -89,7 +88,7 @@ class LiveCarving {
   // thread reads it: the DocumentWriter's.
   StrokeLog& log() { return context_.log_; }
 
-  // Results of the last run. They are available when context() is.
+  // Results of the last run. Call these only when context() may be called.
   const ServoStatistics& statistics() const;
   const std::string& scheduling() const;
   const LiveTotals& totals() const;

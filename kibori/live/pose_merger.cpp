@@ -6,22 +6,25 @@
 
 namespace kibori {
 
-void PoseMerger::begin(const Pose& from, double tolerance_mm, double reach_mm) {
+void PoseMerger::begin(const Pose& from, double tolerance_mm, double reach_mm, double pressure) {
   from_ = from;
   tolerance_mm_ = tolerance_mm;
   reach_mm_ = reach_mm;
+  from_pressure_ = pressure;
   count_ = 0;
 }
 
-bool PoseMerger::add(const Pose& pose) {
+bool PoseMerger::add(const Pose& pose, double pressure) {
   const Pose& last = empty() ? from_ : end();
-  if (!empty() && pose.tip == last.tip && pose.frame == last.frame) return true;
+  if (!empty() && pose.tip == last.tip && pose.frame == last.frame && pressure == end_pressure())
+    return true;
   if (count_ == kMaxPoses) return false;
   const Vec3 way = pose.tip - from_.tip;
   const bool turns = reach_mm_ > 0;
   const Vec3 turn = turns ? rotation_between(from_.frame, pose.frame) : Vec3(Vec3::Zero());
   const double distance2 = way.squaredNorm(), turn2 = turn.squaredNorm();
-  // The place on the motion, 0 to 1. It never goes back: a path back and forth is no motion.
+  // The place on the motion, 0 to 1, must never decrease: a path that goes back and forth cannot be
+  // merged.
   double share = 0;
   for (size_t i = 0; i < count_; i++) {
     const Vec3 at = poses_[i].tip - from_.tip;
@@ -36,7 +39,10 @@ bool PoseMerger::add(const Pose& pose) {
       off += reach_mm_ * std::sqrt(rotation_between(there, poses_[i].frame).squaredNorm());
     }
     if (!(off <= tolerance_mm_)) return false;
+    const double even = from_pressure_ + share * (pressure - from_pressure_);
+    if (!(std::fabs(pressures_[i] - even) <= kPressureTolerance)) return false;
   }
+  pressures_[count_] = pressure;
   poses_[count_++] = pose;
   return true;
 }

@@ -10,16 +10,16 @@
 namespace kibori {
 namespace {
 
-// Maximum number of additional readings per tick, for a device that has fallen behind. Its path is
-// then followed nine times as fast as it was made. So a tick stays short.
+// Maximum number of additional readings per tick, for a device that has fallen behind. The tool
+// then follows the path nine times as fast as the hand made it. The limit keeps ticks short.
 constexpr int kMaxReadings = 8;
-// Dabs: time constants of the force of a new dab, and of the velocity.
+// Time constants with which the force of a dab fades in, and the velocity is smoothed.
 constexpr double kForceFadeS = 0.03, kVelocityFadeS = 0.02;
 
-// A brush's stroke that moved less than this has changed nothing that can be seen [cells^3].
+// A brush's stroke that moved less material than this [cells^3] has no visible effect.
 constexpr double kNoChange = 1e-3;
 
-// True if a brush of this mode changes nothing on some surfaces.
+// True if a brush of this mode has no effect on some surfaces, for example on smooth ones.
 bool needs_roughness(Mode mode) {
   return mode == Mode::fill || mode == Mode::rasp || mode == Mode::smooth ||
          mode == Mode::flatten || mode == Mode::trim;
@@ -27,11 +27,12 @@ bool needs_roughness(Mode mode) {
 
 double cubed(double x) { return x * x * x; }
 
-// The record of what a dab worker has done.
+// The record of a dab worker's result.
 std::variant<MoveTick, PutTick, EndTick> recorded(const DabWorker::Done& done) {
   if (done.ends) return EndTick{done.result.pose.tip};
   MoveTick tick{done.result.pose.tip, done.result.motion.turn, true};
   tick.computes = true;
+  tick.pressure = done.result.pressure;
   return tick;
 }
 
@@ -125,8 +126,8 @@ void ServoContext::put(ServoHand& hand, const Pose& pose) {
 }
 
 void ServoContext::go_to(const Snapshot& state, const LatticeBox& bounds, WorkedBody& body) {
-  model_->include_material(bounds);
   model_->restore(state);
+  model_->include_material(bounds);
   model_changed();
   set_body(body);
   fenced_ = false;
@@ -134,7 +135,8 @@ void ServoContext::go_to(const Snapshot& state, const LatticeBox& bounds, Worked
 }
 
 void ServoContext::set_body(WorkedBody& body) {
-  // The tools keep their place in the world and are placed again in the body.
+  // The tools do not move in the world. So if the body moved, their poses relative to it changed
+  // without a path.
   const bool moved = body.pose.tip != body_.pose.tip || body.pose.frame != body_.pose.frame;
   for_hands([&](ServoHand& hand) {
     if (moved) hand.place_again();
@@ -144,7 +146,7 @@ void ServoContext::set_body(WorkedBody& body) {
   turned_ = body_.pose.tip != Vec3::Zero() || body_.pose.frame != Mat3::Identity();
 }
 
-// If the body's frame is the world's, the same floats are returned.
+// If the body's frame is the world's, returns the pose without rounding.
 Pose ServoContext::to_world(const Pose& pose) const {
   return turned_ ? body_.pose.to_world(pose) : pose;
 }
@@ -155,7 +157,7 @@ Pose ServoContext::to_body(const Pose& pose) const {
 
 Mode ServoContext::mode_now(const ServoHand& hand) const {
   const Mode mode = hand.works() ? hand.settings().mode : Mode::off;
-  // Dabs are computed in parallel. No other code may change the model until it contains them.
+  // Dabs are computed in parallel. Until the model contains them, no other code may change it.
   const bool waits = body_.locked || fenced_ || !crumbs_.idle() || (is_second(hand) && dabbing_);
   if (!waits && !(reshapes(mode) && (body_.no_go || is_second(hand)))) return mode;
   return mode == Mode::cut || mode == Mode::touch ? Mode::touch : Mode::off;
@@ -167,7 +169,7 @@ void ServoContext::set_symmetry(const Symmetry& symmetry) {
 }
 
 const std::shared_ptr<const std::vector<Material>>& ServoContext::shared_materials() {
-  // Only a command changes the materials. Only then, memory is allocated.
+  // Only a command changes the materials, so a tick does not allocate here.
   if (*logged_materials_ != settings_.materials)
     logged_materials_ = std::make_shared<const std::vector<Material>>(settings_.materials);
   return logged_materials_;
@@ -187,7 +189,9 @@ void ServoContext::begin_log(const Pose& start, const Pose* second) {
                          start,
                          settings_.symmetry,
                          settings_.brush,
-                         stroke_crumbs_};
+                         stroke_crumbs_,
+                         std::nullopt,
+                         before_stroke_.lattice};
   if (second) {
     const ServoHandSettings& s = second_->settings();
     begin.second =
@@ -197,9 +201,10 @@ void ServoContext::begin_log(const Pose& start, const Pose* second) {
   if (second) log_.tick({PutTick{*second}, true}, {}, {});
 }
 
-// Logs where a tool was before the tick, and what it did. Strokes begin with an edit.
+// Logs the motion of a hand's tool in this tick. A stroke begins at its first edit, with the tool's
+// pose before it.
 void ServoContext::log_tick(const ServoHand& hand, const ServoHand::Advance& done) {
-  // take_dabs logs a stroke of dabs. It ends with its mode.
+  // take_dabs logs strokes of dabs.
   if (dabbing_) return;
   const bool second = is_second(hand), edited = done.tick.removed_mm3 != 0;
   if (!in_stroke_) {
@@ -218,7 +223,7 @@ void ServoContext::log_tick(const ServoHand& hand, const ServoHand::Advance& don
   idle_ticks_ = edited ? 0 : idle_ticks_ + !second;
   stroke_removed_mm3_ += done.tick.removed_mm3;
   if (settings_.log && (!second || second_logged_)) {
-    log_waiting();  // if the device is read twice, the last given force stays
+    log_waiting();  // of an earlier reading in this tick: it gets the last force that was sent
     pending_tick_ = {{done.recorded, second}, done.tick.computed};
   }
   if (idle_ticks_ > settings_.idle_s * settings_.rate_hz) end_stroke();
@@ -244,7 +249,7 @@ void ServoContext::reshape(Mode mode, const Pose& before, LiveTick& result) {
   take_dabs(result);
   if (breaks_off_ && settle()) end_stroke();
   if (!reshapes(mode)) {
-    // If the hand releases the tool for some time, a new stroke begins.
+    // The hand has released the tool. So its stroke ends as soon as its dabs are computed.
     if (dabbing_ && settle()) end_stroke();
     work_per_mm_ = force_per_mm_ = stiffness_n_mm_ = 0;
     velocity_mm_s_ = Vec3::Zero();
@@ -253,10 +258,10 @@ void ServoContext::reshape(Mode mode, const Pose& before, LiveTick& result) {
   }
   if (!settling_ && !hand_waits_) {
     const bool was = dabbing_;
-    if (!was) end_stroke();  // a stroke of the other hand
+    if (!was) end_stroke();  // the stroke in progress is the other hand's
     if (!was && crumbs_.idle())
       dabbing_ = dabs_.begin({{mode, settings_.brush, settings_.tool, first_.law(settings_.model),
-                               settings_.rate_hz, settings_.symmetry},
+                               settings_.rate_hz, settings_.symmetry, may_grow(mode)},
                               shared_materials(),
                               before,
                               model_->snapshot(),
@@ -272,15 +277,16 @@ void ServoContext::reshape(Mode mode, const Pose& before, LiveTick& result) {
   const Vec3 displacement = result.tool.tip - before.tip;
   velocity_mm_s_ +=
       std::min(1.0, tick_s / kVelocityFadeS) * (displacement / tick_s - velocity_mm_s_);
-  // The device's damping limits the slope of a held force over the speed, and a warp's spring.
+  // The device's damping limits two things: how steeply a held force may grow with the speed, and
+  // the spring of a warp.
   const DeviceCapabilities& can = device().capabilities();
   const double scale = settings_.workspace.scale() * settings_.force_scale;
   const bool has_force = can.dof_out > 0 && can.damping_ns_mm > 0 && scale > 0;
   const double damping = has_force ? can.damping_ns_mm / scale : 0;
   const bool paper = settings_.model == ForceModel::paper;
   const double strength = settings_.model == ForceModel::series ? settings_.spring.strength_n : 0;
-  // The limits apply before the force fades in. Otherwise the first tick would give the maximum,
-  // for a dab that requests much more.
+  // The limits apply before the force fades in. Otherwise, a dab with a force far above the maximum
+  // would reach the maximum in its first tick.
   double per_mm = work_per_mm_;
   const double speed = std::max(kFullForceSpeed, std::sqrt(velocity_mm_s_.squaredNorm()));
   if (has_force)
@@ -290,7 +296,7 @@ void ServoContext::reshape(Mode mode, const Pose& before, LiveTick& result) {
   if (strength > 0) per_mm = std::min(per_mm, strength);
   force_per_mm_ += std::min(1.0, tick_s / kForceFadeS) * (per_mm - force_per_mm_);
   Vec3 force;
-  if (warps(mode) && !paper) {
+  if (pulls(mode) && !paper) {
     double stiffness = stiffness_n_mm_;
     if (has_force)
       stiffness = std::min(stiffness, damping / (MaxwellForce::kRelaxS + 0.5 * tick_s));
@@ -309,7 +315,7 @@ void ServoContext::reshape(Mode mode, const Pose& before, LiveTick& result) {
 
 bool ServoContext::dab_to(const Pose& pose) {
   settled_ = false;
-  return dabs_.move(pose);
+  return dabs_.move(pose, first_.pressure());
 }
 
 bool ServoContext::waits(ServoHand& hand) {
@@ -322,8 +328,9 @@ void ServoContext::take_dabs(LiveTick& result) {
   const bool last = dabs_.settled();
   DabWorker::Done done;
   Snapshot state;
+  LatticeBox bounds;
   bool changed = false;
-  // No more than that, because the worker can be as fast as this loop.
+  // The number is limited: if the worker is as fast as this loop, the loop would not end.
   for (size_t taken = 0; taken < DabWorker::kMaxDone && dabs_.take(done); taken++) {
     result.pending_mm3 += done.pending_mm3;
     result.gave_up |= done.failed;
@@ -345,18 +352,19 @@ void ServoContext::take_dabs(LiveTick& result) {
     if (!done.changed) continue;
     changed = true;
     state = std::move(done.state);
-    model_->include_material(done.bounds);
+    bounds.include(done.bounds);
   }
   if (changed) {
     model_->restore(state);
+    model_->include_material(bounds);
     model_changed();
   }
   settled_ = last;
 }
 
 bool ServoContext::settle() {
-  // A stroke ends where the hand ended it, however far behind its dabs are. A press returns its
-  // material there.
+  // The stroke ends where the hand ended it, even if its dabs are not yet computed. A press returns
+  // its material there.
   if (!std::exchange(settling_, true)) dab_ends_ = dabbing_ && ends_apart(settings_.mode);
   if (dabbing_) dabs_.flush();
   if (dab_ends_ && dabs_.end()) dab_ends_ = settled_ = false;
@@ -453,12 +461,12 @@ ServoHand::Advance ServoContext::advance(ServoHand& hand, Mode& mode) {
   if (still) {
     // The tool stays. The path is read when the worker has room for it.
   } else if (const auto place = hand.read(turned_ ? &body_.pose : nullptr, totals_.jumps)) {
-    // A hand that does nothing does not end the other hand's stroke.
+    // If this hand does nothing, it must not end the stroke of the other hand.
     if (!is_second(hand) && (settings_.mode != Mode::off || !second_logged_)) break_off();
     put(hand, *place);
   }
   mode = mode_now(hand);
-  // Each stroke begins without earlier state, so that it can be replayed alone.
+  // Each stroke begins with cleared state, so that it can be replayed alone.
   if (!in_stroke_) hand.begin_stroke();
   ServoHand::Advance done = hand.advance(settings_.model, mode, settings_.materials);
   if (done.possible)
@@ -542,7 +550,7 @@ LiveTick ServoContext::tick(double elapsed_s) {
     second_->give(second, elapsed_s);
     log_waiting();
     result.second = second;
-    // A stroke ends when both hands are lifted.
+    // A stroke ends when neither hand works.
     if (in_stroke_ && !dabbing_ && second_logged_ && settings_.mode == Mode::off &&
         !second_->works())
       end_stroke();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The data of the servo thread, and the operations on it that a command may do between two ticks:
-// model, one or two hands, and the current stroke. LiveCarving passes it to posted commands, and to
-// its owner while no thread runs. A caller that has a reference may call everything here.
+// The data of the servo thread (model, one or two hands, current stroke), and the operations that a
+// command may call between two ticks. LiveCarving passes a reference to posted commands, and to its
+// owner while no thread runs. So code that has a reference may call everything here.
 #pragma once
 
 #include <functional>
@@ -30,7 +30,7 @@ struct LiveSettings : ServoHandSettings {
   bool log = false;              // strokes go into LiveCarving::log(), for a DocumentWriter
   double idle_s = 0.3;           // a stroke ends if the tool has not cut or filled for this time
   bool watched = false;          // next_tick() returns ticks
-  Crumbs crumbs = Crumbs::sort;  // what happens to severed pieces, if strokes are logged
+  Crumbs crumbs = Crumbs::sort;  // rule for severed pieces, if strokes are logged
   std::function<void()> after_dab = {};  // for tests of a slow machine: see DabWorker
   bool armed = true;  // start() arms the safety stage; otherwise a command calls safety().arm()
 };
@@ -58,7 +58,8 @@ struct LiveTotals {
   double removed_mm3 = 0, deposited_mm3 = 0;
   double max_computed_n = 0, max_given_n = 0;
   uint64_t cutting_ticks = 0;
-  // Ticks in which the device moved farther than a hand can. The tool was placed there.
+  // Ticks in which the device moved farther than a hand can. The tool was placed there without a
+  // path.
   uint64_t jumps = 0;
   Trip trip = Trip::none;  // the first one
 };
@@ -73,8 +74,9 @@ struct WorkedBody {
 
 class ServoContext {
  public:
-  // Number of tiles per field that can be edited between two refills without a memory allocation.
-  // Callers that keep snapshots must refill (Snapshot::keep_ready).
+  // Number of tiles of each field for which the pools have memory. If edits change more before the
+  // pools are refilled, they allocate. Callers that keep snapshots must refill
+  // (Snapshot::keep_ready).
   static constexpr int kReadyTiles = 1024;
 
   TriDexel& model() { return *model_; }
@@ -85,21 +87,21 @@ class ServoContext {
   LiveSettings& settings() { return settings_; }
   // The second hand; null if there is none.
   ServoHand* second() { return second_.get(); }
-  // Places the second hand's tool at `pose`, or backs it out along its axis until it is clear of
-  // material. Then the hand works. Returns the final pose; nullopt if the tool cannot be clear.
-  // Unlike place_clear(), it continues the current stroke.
+  // Places the second hand's tool at `pose`, or backs it out from there along its axis until it is
+  // clear of material. From then on the hand works. Returns the final pose; nullopt if the tool
+  // cannot be clear. Unlike place_clear(), it continues the current stroke.
   std::optional<Pose> put_second_clear(const Pose& pose);
   // The same, without the check for material.
   void put_second(const Pose& pose);
   // Sets the spring's stiffness [N/mm]. Does nothing if the device cannot render it.
   void set_stiffness(double n_mm);
-  // Sets the hand's stiffness, its strength [N], and the share of the cutting force that it bears.
-  // The device receives the pull times `force_scale`. Does nothing if the device cannot render
-  // that.
+  // Sets the hand's stiffness, its strength [N], and the share of the cutting force that it
+  // supports. The device receives the pull times `force_scale`. Does nothing if the device cannot
+  // render that.
   void set_hand(double stiffness_n_mm, double strength_n, double hand_share, double force_scale);
   // Takes effect at the next stroke. `symmetry` must have passed check_symmetry.
   void set_symmetry(const Symmetry& symmetry);
-  // The next reading of the device places the tool there at once. Nothing is cut on the path.
+  // At the next reading of the device, the tool jumps to that pose and cuts nothing in between.
   void place_again() { first_.place_again(); }
   // Call after the model was changed from outside.
   void model_changed();
@@ -121,8 +123,8 @@ class ServoContext {
   void go_to(const Snapshot& state, const LatticeBox& bounds, WorkedBody& body);
   // Changes the body of the model. `body` is used as in go_to().
   void set_body(WorkedBody& body);
-  // Adds a fence to the log: everything before it was done before the request. Until go_to() or
-  // resume(), the tool changes no material and only produces forces.
+  // Adds a fence to the log, for a request: everything before the fence was done before the
+  // request. Until go_to() or resume(), the tool changes no material and only produces forces.
   void fence_log() {
     log_.fence();
     fenced_ = true;
@@ -146,14 +148,16 @@ class ServoContext {
   // Sends no more moves to the dab worker. Returns true if the model contains all pending dabs, and
   // the severed pieces of the last stroke are removed.
   bool settle();
-  // The same, but waits for them.
+  // The same, but waits until that is true. Not for the servo thread's ticks.
   void settle_all();
   // Ends the current stroke and drops pending dabs. The search for severed pieces starts.
   void end_stroke();
-  // Ends the current stroke here, after its pending dabs. Until then, the hand works on nothing.
+  // Ends the current stroke here, as soon as its pending dabs are done. Until then, the hand does
+  // nothing.
   void break_off();
   void take_crumbs();
-  // Touch or off while a tool must not change anything.
+  // The mode of a hand in this tick: `touch` or `off` instead of its own while it must not change
+  // anything.
   Mode mode_now(const ServoHand& hand) const;
   bool is_second(const ServoHand& hand) const { return &hand == second_.get(); }
   // Calls f(hand) for each hand.
@@ -187,7 +191,7 @@ class ServoContext {
   void to_world(HandTick& tick) const;
   void count(const HandTick& tick);
   void note(LiveTick& tick);
-  // A tick enters the log when the force that its hand received is known.
+  // The log gets a tick only when the force that its hand received is known.
   void log_tick(const ServoHand& hand, const ServoHand::Advance& done);
   void log_waiting();
   Wrench given_in_body(const ServoHand& hand) const;
@@ -206,17 +210,17 @@ class ServoContext {
   std::shared_ptr<const std::vector<Material>> logged_materials_;
   bool in_stroke_ = false;
   std::unique_ptr<Watched> watched_;    // null: not watched
-  uint64_t noted_ = 0;                  // ticks
-  double time_s_ = 0;                   // of all ticks
+  uint64_t noted_ = 0;                  // number of ticks so far: LiveTick::number
+  double time_s_ = 0;                   // sum of the times of all ticks
   std::shared_ptr<const Grain> grain_;  // of the lattice's wood
   WorkedBody body_;
-  bool turned_ = false;  // its axes differ from the world's
+  bool turned_ = false;  // the body's pose differs from the world's
   bool fenced_ = false;
   Snapshot before_stroke_;              // the state that discard_stroke() restores
-  uint64_t before_generation_ = ~0ull;  // of it
+  uint64_t before_generation_ = ~0ull;  // generation of the model in before_stroke_
   int idle_ticks_ = 0;                  // since the stroke's last edit
   double stroke_removed_mm3_ = 0;
-  double moved_mm3_ = 0;            // by the brush's stroke, added or removed
+  double moved_mm3_ = 0;            // volume that the brush's stroke added plus that it removed
   std::optional<Mode> idle_brush_;  // not reported by a tick yet
   CrumbWorker crumbs_;
   double fallen_mm3_ = 0;  // not reported by a tick yet, like parted_
@@ -229,7 +233,8 @@ class ServoContext {
   bool dab_ends_ = false;    // the end of the stroke is not sent yet: see ends_apart
   bool breaks_off_ = false;  // the stroke ends as soon as it is settled
   bool hand_waits_ = false;  // the first hand was not read in this tick
-  // Force of the dabs, faded from one dab to the next. velocity_mm_s_ is the tool's, smoothed.
+  // Force of the dabs; force_per_mm_ fades from one dab to the next. velocity_mm_s_ is the smoothed
+  // velocity of the tool.
   double work_per_mm_ = 0, force_per_mm_ = 0;
   Vec3 velocity_mm_s_ = Vec3::Zero();
   double stiffness_n_mm_ = 0;  // of a warp

@@ -8,8 +8,8 @@
 namespace kibori {
 namespace {
 
-// Maximum number of substeps of one tick's motion. A hand needs one or two; each costs as much as a
-// tick.
+// Maximum number of substeps of one tick's motion. A hand needs one or two. Each takes as long as
+// an ordinary tick.
 constexpr double kMaxSubsteps = 64;
 
 double rendered_stiffness(const SeriesSpring& spring, double force_scale,
@@ -29,6 +29,7 @@ ServoHand::ServoHand(TriDexel& model, std::unique_ptr<Device> device, ServoHandS
       safety_(device_->capabilities(), tick_s_),
       passivity_(settings.passivity_ns_mm) {
   settings_.spring.tick_s = tick_s_;
+  tool_.set_grows(true);
   series().set_spring(settings_.spring);
   series().show_resistance(device_->capabilities().dof_out == 0);
 }
@@ -90,10 +91,11 @@ std::optional<Pose> ServoHand::read(const Pose* body, uint64_t& leaps) {
     wanted = settings_.workspace.pose_of(reading_);
     if (body) wanted = body->from_world(wanted);
   }
-  // If the hand was not visible for a while, or is not visible yet, the tool has no path.
+  // After a pause in the readings, the path of the hand is unknown. The tool is then put where the
+  // hand is, as at the first reading.
   if (status_ == DeviceStatus::stale && reading_.age_s > kDeadS) placed_ = false;
   const double farthest = kDeadS * device_->capabilities().speed_mm_s * settings_.workspace.scale();
-  // The hand's own motion: the tool's distance behind it is not a jump.
+  // Only the hand's own motion counts: if the tool is far behind the hand, that is not a jump.
   const ToolMotion moved{wanted_, wanted.tip - wanted_.tip,
                          rotation_between(wanted_.frame, wanted.frame)};
   const bool leapt =
@@ -112,7 +114,7 @@ ServoHand::Advance ServoHand::advance(ForceModel model, Mode mode,
   result.before = pose();
   result.tick.hand = wanted_;
   result.tick.mode = mode;
-  // Defaults until give().
+  // The last force that was sent to the device; give() replaces it.
   result.tick.given = given_;
   result.tick.safety = safety_.state();
   result.tick.trip = safety_.trip();
@@ -148,8 +150,8 @@ void ServoHand::give(HandTick& tick, double elapsed_s) {
   tick.computed.moment *= settings_.force_scale;
   tick.force_scale = settings_.force_scale;
   tick.computed.force = passivity_.tick(reading_.position_mm, tick.computed.force, tick_s_);
-  // What is computed now is fresh, however late. But if the loop stopped for longer than a command
-  // may be old, the safety stage must know.
+  // The force was computed just now, so it is not old. But if the loop has stopped for longer than
+  // kDeadS, the safety stage must know.
   const double still_s = elapsed_s > kDeadS ? elapsed_s : 0;
   tick.given = safety_.pass(
       {tick.computed, std::max(reading_.age_s, still_s), status_, reading_.velocity_mm_s});
@@ -158,7 +160,7 @@ void ServoHand::give(HandTick& tick, double elapsed_s) {
   if (written == DeviceStatus::unplugged || written == DeviceStatus::failed)
     safety_.pass({{}, 0, written, Vec3::Zero()});
   passivity_.given(tick.given.force);
-  // A device without force output is given none.
+  // A device without force output gets no force.
   if (device_->capabilities().dof_out == 0) tick.given = given_ = {};
   tick.safety = safety_.state();
   tick.trip = safety_.trip();

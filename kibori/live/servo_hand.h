@@ -36,9 +36,9 @@ struct ServoHandSettings {
 struct HandTick {
   Pose tool;
   Pose hand;              // where the hand wants the tool
-  Mode mode = Mode::off;  // what the tool should do
-  // The force for the device before and after the safety stage. It is the share `force_scale` of
-  // the force on the tool.
+  Mode mode = Mode::off;  // of the tool in this tick (ServoContext::mode_now)
+  // The force for the device before and after the safety stage. It is `force_scale` times the force
+  // on the tool.
   Wrench computed, given;
   double force_scale = 1;
   double removed_mm3 = 0;
@@ -48,7 +48,7 @@ struct HandTick {
   // no material.
   int64_t points = 0;
   SafetyStage::State safety = SafetyStage::State::off;
-  Trip trip = Trip::none;  // why it is off
+  Trip trip = Trip::none;  // why the safety stage is off
 };
 
 class ServoHand {
@@ -72,32 +72,31 @@ class ServoHand {
   const Pose& pose() const { return tool_.pose(); }
   ForceLaw law(ForceModel model) const;
 
-  // Sets the spring for the force. Returns false and changes nothing if the device cannot render
-  // it.
+  // Sets the spring and the force's scale. Returns false and changes nothing if the device cannot
+  // render them.
   bool set_spring(const SeriesSpring& spring, double force_scale);
   void set_symmetry(const Symmetry& symmetry);
   void set_no_go(const NoGo* no_go);
   void set_grain(const Grain* grain);
-  // The next reading of the device places the tool there at once. Nothing is cut on the path.
+  // At the next reading of the device, the tool jumps to that pose and cuts nothing in between.
   void place_again() { placed_ = false; }
-  // Places the tool, in the body's coordinates. It is unknown if the tool is in material there.
+  // Places the tool, in the body's coordinates. Does not check for material there.
   void place(const Pose& pose);
   void strike(double nmm) { strike_nmm_ = nmm; }
 
   // True if the hand works with its tool. False while its clutch is held, or while it is lifted.
   bool works() const;
 
-  // Reads the device: the pose that the hand wants, in a body with pose `body` (null: the world's).
-  // If this is the first reading, or the hand moved farther than a hand can, returns the tool's new
-  // pose. `leaps` counts the latter.
+  // Reads the pose that the hand wants from the device, and converts it to a body with pose `body`
+  // (null: the world's). At the first reading, and if the hand has jumped, returns the pose at
+  // which the tool must be placed. `leaps` counts jumps.
   std::optional<Pose> read(const Pose* body, uint64_t& leaps);
   // Resets the state as for a new stroke, so that the stroke can be replayed alone.
   void begin_stroke();
-  // The tool's pose before, and the result of its motion to the hand's pose, in the body's
-  // coordinates.
+  // Result of a motion of the tool to the hand's pose, in the body's coordinates.
   struct Advance {
     HandTick tick;
-    Pose before;
+    Pose before;  // pose of the tool before the motion
     MoveTick recorded;
     bool possible = true;  // false: the motion was invalid, and the tool was placed at the hand
   };
@@ -105,6 +104,8 @@ class ServoHand {
   // Sends the device the force computed in `tick`, in the world. Stores in `tick` what was sent,
   // and the state of the safety stage.
   void give(HandTick& tick, double elapsed_s);
+  // Of the pen that holds the tool, 0 to 1: see DeviceReading.
+  double pressure() const { return reading_.pressure; }
   // The last force that was sent.
   const Wrench& given() const { return given_; }
 
@@ -119,7 +120,7 @@ class ServoHand {
   DeviceReading reading_;
   Wrench given_;
   DeviceStatus status_ = DeviceStatus::ok;
-  bool placed_ = false;  // the tool is where a hand was seen
+  bool placed_ = false;  // the tool follows the readings; false: place it at the next one
   Pose wanted_;          // by the hand, in the last tick
   double strike_nmm_ = 0;
 };

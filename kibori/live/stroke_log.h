@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Transfers strokes from the servo thread to the document writer during carving, without a lock. If
-// the reader is more than eight seconds late, the log is lost from there on, and lost() returns
-// true.
+// the reader is more than eight seconds late, all later events are lost, and lost() returns true.
 #pragma once
 
 #include <atomic>
@@ -30,6 +29,7 @@ class StrokeLog {
     Brush brush = {};
     Crumbs crumbs = Crumbs::stay;
     std::optional<StrokeHand> second = std::nullopt;
+    Lattice lattice = {};  // before the stroke
   };
   struct End {
     Snapshot state;     // without the severed pieces
@@ -38,13 +38,13 @@ class StrokeLog {
     double removed_mm3 = 0;
     CrumbResult crumbs;
   };
-  // cancel: the stroke is discarded. fence: everything before it was done before the request.
-  // moved: the model now belongs to another step.
+  // cancel: the stroke is discarded. fence: a request for an undo or another action; everything
+  // before it was done before the request. moved: the model now belongs to another step.
   enum class Kind : uint8_t { begin, tick, end, cancel, fence, moved };
   struct Event {
     Kind kind = Kind::tick;
     RecordedTick tick = {};
-    Wrench computed = {}, given = {};  // by the stroke's force model; by the device
+    Wrench computed = {}, given = {};  // by the force model; sent to the device
   };
 
   // For the reader.

@@ -96,7 +96,7 @@ struct DistanceTree::Search {
   const Surface& surface;
   Vec3 point;
   double min = std::numeric_limits<double>::infinity();
-  bool sides = false;  // also finds the side
+  bool sides = false;  // true: also compute `height`
   // Distance from the plane of the triangle that decides the side; negative behind it.
   double height = 0;
 
@@ -133,7 +133,8 @@ struct DistanceTree::Search {
     min = d;
     return true;
   }
-  // Several triangles share the nearest edge or corner. The one whose plane is farthest decides.
+  // Decides on which side of the surface the point is. If several triangles share the nearest edge
+  // or corner, the one whose plane is farthest from the point decides.
   void look_at_side(double d, const Vec3& normal, const Vec3& from_plane) {
     const double length = normal.norm();
     if (!(length > 0) || d > min * (1 + 1e-9) + 1e-12) return;
@@ -157,8 +158,8 @@ double DistanceTree::signed_distance(const Vec3& p) const {
 
 namespace {
 
-// The points of a surface at which distances are taken: first those spread over it, then its used
-// vertices.
+// The points of a surface at which distances are measured: first those spread over it, then its
+// used vertices.
 struct Samples {
   std::vector<Vec3> points;
   size_t spread_count = 0;
@@ -175,7 +176,7 @@ struct Samples {
         vertices.push_back(v);
       }
   }
-  // `of`: distance of a point.
+  // The distance of each point. of(point) computes it.
   template <class Of>
   std::vector<double> distances(int threads, const Of& of) const {
     std::vector<double> result(points.size());

@@ -35,11 +35,12 @@ class DistanceTree {
 
 struct Distance {  // [mm]
   double max = 0, rms = 0, mean = 0;
-  Vec3 at = Vec3::Zero();  // where it is largest
+  Vec3 at = Vec3::Zero();  // the point with the largest distance
 };
-// Distance from `from` to `to`. The maximum is over all used vertices of `from` and about `samples`
-// points spread evenly over its area. The means are over these points only. The result does not
-// depend on `threads`. Errors: a surface without triangles; not enough memory.
+// Distances from points of `from` to the nearest point of `to`. The maximum is over all used
+// vertices of `from` and about `samples` points spread evenly over its area. The means are over the
+// spread points only. The result does not depend on `threads`. Errors: a surface without triangles;
+// not enough memory.
 Result<Distance> distance_from_to(const Surface& from, const Surface& to, int64_t samples,
                                   int threads = 1);
 
@@ -55,6 +56,7 @@ struct Deviation {
 Result<Deviation> deviation_from(const Surface& surface, const Surface& target, int64_t samples,
                                  int threads = 1);
 
+// Distances between two surfaces in both directions: from a to b (there), and from b to a (back).
 struct TwoSided {
   Distance there, back;
   double max() const;

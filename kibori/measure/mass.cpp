@@ -10,7 +10,7 @@ namespace {
 
 struct Part {
   double volume = 0;           // lattice units^3
-  Vec3 moment = Vec3::Zero();  // about the lattice's corner
+  Vec3 moment = Vec3::Zero();  // about the lattice's origin
 };
 
 }  // namespace
@@ -22,8 +22,8 @@ MassProperties mass_of(const Snapshot& model, const std::vector<double>& density
   for (const Axis axis : kAxes) {
     const FieldSnapshot& field = model.field(axis);
     const int u = u_index(axis), v = v_index(axis), d = depth_index(axis);
-    for (int j = 0; j < lattice.nodes[v]; j++)
-      for (int i = 0; i < lattice.nodes[u]; i++)
+    for (int j = field.v_begin(); j < field.v_end(); j++)
+      for (int i = field.u_begin(); i < field.u_end(); i++)
         field.for_spans(i, j, [&](const Span& span) {
           Part& part = parts[std::min<size_t>(span.material, parts.size() - 1)];
           const RayVolume piece = field.ray_volume(i, j, span, model.field(Axis::z));

@@ -11,8 +11,8 @@ namespace kibori {
 struct MassProperties {
   std::vector<double> volume_mm3;  // of each material (dexel/volume.h)
   double mass_g = 0;               // 0 if a density is unknown
-  // Centre of gravity, in the model's own coordinates [mm]. If a density is unknown: the centre of
-  // volume. Zero for an empty model.
+  // Centre of gravity, in the model's own coordinates [mm]. If a density is unknown, it is the
+  // centroid of the volume. Zero for an empty model.
   Vec3 centre_mm = Vec3::Zero();
 };
 

@@ -12,7 +12,7 @@ namespace {
 
 // A smaller angle [rad] between start and end is a full circle, as in LinuxCNC.
 constexpr double kFullCircle = 1e-6;
-// Maximum number of chords of one arc. A larger arc at this pitch means a damaged file.
+// Maximum number of chords of one arc. Only a damaged file has an arc that needs more.
 constexpr double kMaxChords = 1e6;
 constexpr double kTurn = 2 * std::numbers::pi;
 

@@ -17,7 +17,7 @@ class ArcPath {
   // Angle of the whole path [rad], positive if counter-clockwise.
   double angle_rad() const { return sweep_; }
   double length_mm() const;
-  double radius_mm() const;  // the larger of start and end
+  double radius_mm() const;  // the larger of those at start and end
   // Number of equal chords so that no chord is farther than `sagitta_mm` from the arc.
   int chords(double sagitta_mm) const;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The canned cycles G73, G81, G82, G83, G85 and G89. Each drills one hole for each line, or L
+// The canned cycles G73, G81, G82, G83, G85 and G89. Each line of a cycle drills one hole, or L
 // holes.
 //
 //   start  ────► above the hole          rapid
@@ -22,8 +22,8 @@ namespace {
 constexpr double kMaxRepeats = 10000;
 // Maximum number of steps of one pecked hole.
 constexpr double kMaxPecks = 10000;
-// Distance that a peck keeps from the bottom of the last one, and lifts in G73 [mm]: 0.010 inch, as
-// in LinuxCNC.
+// In G83, a rapid move returns to this height [mm] above the bottom of the last step. In G73, the
+// tool lifts by it after each step. It is 0.010 inch, as in LinuxCNC.
 constexpr double kPeckGap = 0.254;
 
 }  // namespace
@@ -72,7 +72,8 @@ Status Interpreter::cycle(const GcodeBlock& block) {
   const double clear = incremental_ ? from + *cycle_.clear : *cycle_.clear + offset(w);
   const double bottom = incremental_ ? clear + *cycle_.bottom : *cycle_.bottom + offset(w);
   if (!(clear >= bottom))
-    return Error{code_text('G', motion_) + " begins its feed (R) below the bottom of the hole"};
+    return Error{code_text('G', motion_) +
+                 " has its R below the bottom of the hole (Z); R is where the feed begins"};
   if (cycle_.step && (clear - bottom) / *cycle_.step > kMaxPecks)
     return Error{code_text('G', motion_) + " needs more than 10000 steps for one hole; raise Q"};
   for (int i = 0; i < repeats; i++) {
@@ -91,10 +92,10 @@ Status Interpreter::cycle(const GcodeBlock& block) {
   return Ok{};
 }
 
-// One hole.
+// Drills one hole.
 void Interpreter::drill(const AxisPosition& to, double clear, double bottom, double retract) {
   const int w = axes_of(plane_).normal;
-  // A tool below R rises first. Then its path to the hole is free.
+  // A tool below R first rises to R, so that its path to the hole is clear.
   if (at_.xyz_mm[w] < clear) go_to(clear, false);
   AxisPosition above = to;
   above.xyz_mm[w] = at_.xyz_mm[w];
@@ -113,7 +114,7 @@ void Interpreter::drill(const AxisPosition& to, double clear, double bottom, dou
   if (at_.xyz_mm[w] != retract) go_to(retract, false);
 }
 
-// The hole in steps. G83 leaves the hole after each, G73 lifts by a short distance.
+// Drills one hole in steps. After each step, G83 leaves the hole, and G73 lifts by kPeckGap.
 void Interpreter::peck(double clear, double bottom) {
   const double step = *cycle_.step;
   for (double depth = clear - step; depth > bottom; depth -= step) {

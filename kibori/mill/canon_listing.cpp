@@ -19,7 +19,7 @@ size_t skip_blanks(std::string_view text, size_t at) {
   return at;
 }
 
-// Position of the name of a line's call; npos if the line is not a call.
+// Index in `line` where the name of the call begins; npos if the line is not a call.
 size_t name_at(std::string_view line) {
   size_t at = skip_blanks(line, 0);
   const size_t digits = at;
@@ -32,6 +32,15 @@ size_t name_at(std::string_view line) {
   const size_t name = at;
   while (at < line.size() && is_name(line[at])) at++;
   return at > name && at < line.size() && line[at] == '(' ? name : std::string_view::npos;
+}
+
+// The number of a call's N word; 0: none.
+int line_word(std::string_view line) {
+  const size_t n = line.find('N');
+  int number = 0;
+  if (n != std::string_view::npos)
+    std::from_chars(line.data() + n + 1, line.data() + line.size(), number);
+  return number;
 }
 
 }  // namespace
@@ -65,7 +74,7 @@ void CanonListing::to(AxisPosition position, bool feed) {
   started_ = true;
 }
 
-// Modes that change the meaning of later numbers.
+// Executes a call that changes the meaning of later numbers. Returns false for other calls.
 bool CanonListing::set_mode(const Call& call) {
   const auto vector = [&](size_t first) -> Vec3 {
     return scale() * Vec3(call.numbers[first], call.numbers[first + 1], call.numbers[first + 2]);
@@ -91,7 +100,8 @@ bool CanonListing::set_mode(const Call& call) {
   return true;
 }
 
-// Tool, spindle, coolant, and the program's course.
+// Executes a call about the tool, spindle, coolant, a dwell or a stop. Returns false for other
+// calls.
 bool CanonListing::set_state(const Call& call) {
   const auto spindle = [&](int direction) {
     if (direction != 0 || direction_ != 0) add(SpindleTurn{direction, rpm_});
@@ -154,7 +164,7 @@ Status CanonListing::arc(const Call& call) {
   return Ok{};
 }
 
-// True if the call moves.
+// Executes a call that moves the tool. Returns false for other calls.
 Result<bool> CanonListing::move(const Call& call) {
   const bool traverse = call.name == "STRAIGHT_TRAVERSE", feed = call.name == "STRAIGHT_FEED";
   const bool arcs = call.name == "ARC_FEED";
@@ -180,7 +190,10 @@ Result<bool> CanonListing::move(const Call& call) {
 
 Status CanonListing::run(std::string_view line, int number, std::vector<CanonMove>& out) {
   out_ = &out;
-  line_ = number;
+  if (!line_words_)
+    line_ = number;
+  else if (const int word = line_word(line); word > 0)
+    line_ = word;
   if (line.find_first_not_of(" \t\r") == std::string_view::npos) return Ok{};
   const size_t begin = name_at(line);
   // After the last line, rs274 may print that a program has no M2.

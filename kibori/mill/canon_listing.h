@@ -21,9 +21,13 @@ bool is_canon_line(std::string_view line);
 
 class CanonListing {
  public:
-  // Executes one line and appends its moves. Errors: one sentence without file and line: a line
-  // that is not a call, a call with too few numbers, a call whose move is not supported.
+  // Executes one line and appends its moves. A line that is not a call, or an unknown call, gives a
+  // warning. Errors: one sentence without file and line: a call with too few numbers or a number
+  // that is too large, a call that is not supported.
   Status run(std::string_view line, int number, std::vector<CanonMove>& out);
+  // Moves get the number of their N word instead of the listing's line. A call without an N word
+  // gets the number of the previous call.
+  void use_line_words() { line_words_ = true; }
   bool ended() const { return ended_; }
   const std::vector<ProgramWarning>& warnings() const { return warnings_; }
 
@@ -40,7 +44,7 @@ class CanonListing {
 
   std::vector<CanonMove>* out_ = nullptr;  // during run
   int line_ = 0;
-  bool ended_ = false, inches_ = false, started_ = false;
+  bool ended_ = false, inches_ = false, started_ = false, line_words_ = false;
   ArcPlane plane_ = ArcPlane::xy;
   Vec3 first_offset_ = Vec3::Zero(), offset_ = Vec3::Zero(), shift_ = Vec3::Zero();
   FeedRate feed_;

@@ -54,8 +54,9 @@ constexpr ArcAxes axes_of(ArcPlane plane) {
 
 struct RapidMove {
   AxisPosition to;
-  // True if the place is relative to the machine's zero and nobody gave its position in the part's
-  // frame (G28, G30, G53). The path is not checked then.
+  // True if the start or the end of the path is unknown in the part's frame. The start of the first
+  // move is unknown. A place of the machine (G28, G30, G53) is unknown without the machine's zero.
+  // The path is not checked then.
   bool place_unknown = false;
 };
 struct FeedMove {
@@ -81,7 +82,7 @@ struct ToolSelect {
 struct ToolChange {
   int number = 0;
 };
-// G43 with the number of the tool whose length counts; G49: 0.
+// G43 with the number of the tool whose length is used; G49: 0.
 struct ToolLength {
   int number = 0;
 };
@@ -96,7 +97,7 @@ struct ProgramStop {
   bool optional = false;
 };
 struct ProgramEnd {};
-// An M-code that has no meaning here. A machine file may give it one.
+// An M-code that the interpreter does not know. A machine file may give it a meaning.
 struct UserCode {
   int number = 0;
 };

@@ -7,8 +7,8 @@
 namespace kibori {
 namespace {
 
-// A code is ten times a number with at most one decimal. Numbers closer than this count as equal,
-// as in LinuxCNC.
+// G-codes have at most one decimal, and are stored as ten times their number. This is the tolerance
+// for rounding a number to a code, as in LinuxCNC.
 constexpr double kCodeTolerance = 1e-3;
 
 std::optional<GGroup> group_of_g(int code10) {
@@ -201,7 +201,7 @@ Status add_m(GcodeBlock& block, const GcodeWord& word) {
     case 9:
       block.coolant.push_back(10 * code);
       return Ok{};
-    // The operator's speed override does not change the path.
+    // These codes switch the operator's speed overrides, which do not change the path.
     case 48:
     case 49:
     case 50:

@@ -12,7 +12,7 @@
 
 namespace kibori {
 
-// Groups of G-codes. At most one of each group is on a line.
+// Groups of G-codes. A line may have one code of each group.
 enum class GGroup {
   non_modal,  // G4, G28, G30, G92, ...
   motion,
@@ -40,8 +40,8 @@ struct GcodeBlock {
   std::array<int, static_cast<size_t>(GGroup::kCount)> g;
   std::array<int, static_cast<size_t>(MGroup::kCount)> m;
   std::vector<int> coolant;                      // 70, 80, 90
-  std::vector<int> user;                         // M-codes without a meaning here, as plain numbers
-  std::array<std::optional<double>, 26> values;  // by letter; not of G, M, N and O
+  std::vector<int> user;                         // M-codes that are not known, as plain numbers
+  std::array<std::optional<double>, 26> values;  // by letter; none for G, M, N and O
 
   int code(GGroup group) const { return g[static_cast<size_t>(group)]; }
   int code(MGroup group) const { return m[static_cast<size_t>(group)]; }
@@ -54,7 +54,7 @@ struct GcodeBlock {
 };
 
 // Errors: one sentence without file and line: a code that is unknown or not supported, two codes of
-// one group, a letter twice, an axis U, V or W.
+// one group, a letter twice, a word U, V, W or E.
 Result<GcodeBlock> make_block(const GcodeLine& line);
 
 // Text of a code, as in "G59.1".

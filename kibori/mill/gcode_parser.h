@@ -15,11 +15,11 @@
 
 namespace kibori {
 
-// Maximum length of a line [bytes]. LinuxCNC accepts 255. Post-processors that write longer lines
-// put text into comments.
+// Maximum length of a line [bytes]. LinuxCNC accepts 255. Longer lines of post-processors have long
+// comments.
 inline constexpr size_t kMaxGcodeLine = 4096;
 
-// Maximum absolute value of a number in a word. A longer path than this in mm is a damaged file.
+// Maximum absolute value of a number in a word. Only a damaged file has a larger one.
 inline constexpr double kMaxGcodeNumber = 1e9;
 
 struct GcodeWord {
@@ -27,7 +27,7 @@ struct GcodeWord {
   double value = 0;
 };
 
-// What a line holds in addition to its words and comments.
+// The kind of a line: words and comments, a percent sign, or a line that begins with a slash.
 enum class GcodeLineKind { words, percent, deleted };
 
 struct GcodeLine {
@@ -42,13 +42,13 @@ struct GcodeLine {
 // Parses one line without its end. Errors: one sentence without file and line: a character that
 // does not begin a word; a letter without a number; a number that is not decimal or is too large; a
 // comment without its end; a line longer than kMaxGcodeLine; parameters, expressions and O-words,
-// which need_rs274() names.
+// for which the sentence ends with need_rs274().
 Result<GcodeLine> parse_gcode(std::string_view text);
 
 // Text of a word, as in "G2" or "X-1.5".
 std::string word_text(char letter, double value);
 
-// The second half of a sentence: how LinuxCNC's interpreter translates a program.
+// The end of an error sentence. It says how to translate a program by LinuxCNC's interpreter.
 std::string need_rs274();
 
 }  // namespace kibori

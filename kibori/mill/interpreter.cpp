@@ -12,12 +12,13 @@ namespace {
 
 constexpr const char kAxisLetters[] = "XYZABC";
 
-// LinuxCNC's tolerances for arcs [mm]. The end may be this much farther from the centre than the
-// start, absolute and relative to the radius.
+// LinuxCNC's tolerances for arcs: how much the distances of start and end from the centre may
+// differ. Always allowed: kSpiralSlack [mm]. Allowed up to kSpiralTolerance [mm]: kSpiralShare of
+// the larger distance.
 constexpr double kSpiralTolerance = 0.127, kSpiralSlack = 0.00127, kSpiralShare = 0.001;
-// With R, the chord may be this much longer than the diameter.
+// With R, half the chord may be this much longer than the radius [mm].
 constexpr double kRadiusTolerance = 0.0127;
-// A chord of an arc by R shorter than this [mm] has no direction.
+// A chord or radius of an arc that is shorter than this [mm] has no direction.
 constexpr double kNoChord = 1e-9;
 // More turns of one arc than this count as an error of the program.
 constexpr double kMaxArcTurns = 10000;
@@ -28,13 +29,13 @@ bool is_whole(double value, double max) {
   return value >= 0 && value <= max && std::abs(value - std::round(value)) < 1e-4;
 }
 
-// Numbers of tools are those of LinuxCNC's tool tables.
+// Maximum number of a tool in LinuxCNC's tool tables.
 constexpr double kMaxToolNumber = 99999;
 
 }  // namespace
 
 void Interpreter::warn_once(const std::string& key, const std::string& text) {
-  // Limit of the list of keys, because user codes have any number.
+  // The list of keys has a limit, because a program may have any number of user codes.
   if (warned_.size() < 1000 && warned_.insert(key).second) warnings_.push_back({line_, text});
 }
 
@@ -98,7 +99,7 @@ Status Interpreter::run_block(const GcodeBlock& block) {
   return Ok{};
 }
 
-// Words that no code of the line uses have no effect.
+// Warns about words that no code of the line uses. They have no effect.
 void Interpreter::report_unused(const GcodeBlock& block) {
   const int motion = block.code(GGroup::motion) != kNoCode ? block.code(GGroup::motion) : motion_;
   const bool arc = motion == 20 || motion == 30, cycle = motion > 800 || motion == 730;
@@ -192,7 +193,7 @@ Status Interpreter::dwell(const GcodeBlock& block) {
 
 void Interpreter::set_modes(const GcodeBlock& block) {
   if (const int code = block.code(GGroup::units); code != kNoCode) {
-    // The feed rate is kept in mm/min. LinuxCNC keeps its number.
+    // The feed rate stays the same in mm/min. In LinuxCNC, its number stays the same.
     inches_ = code == 200;
   }
   if (const int code = block.code(GGroup::plane); code != kNoCode)
@@ -236,7 +237,8 @@ Status Interpreter::non_modal(const GcodeBlock& block) {
   }
 }
 
-// G28, G30: over a point, if axes are given, to a stored place of the machine.
+// G28, G30: moves to a stored place of the machine. If the line has axes, the tool first moves to
+// that position, and then only these axes move.
 void Interpreter::go_home(const GcodeBlock& block, const AxisPosition& home) {
   if (!options_.machine_zero)
     warn_once("home", code_text('G', block.code(GGroup::non_modal)) +
@@ -302,7 +304,8 @@ Result<AxisPosition> Interpreter::target(const GcodeBlock& block) {
   return to;
 }
 
-// Marks the axes of the line as known, or as relative to the machine's zero.
+// If the coordinate of an axis is relative to an unknown zero of the machine, takes it from `to`.
+// Then all axes are known.
 void Interpreter::start_feed(const AxisPosition& to) {
   RapidMove jump{at_, true};
   bool any = false;
@@ -373,7 +376,7 @@ Status Interpreter::straight(const GcodeBlock& block, bool feed) {
     warn_once("home",
               "G53 goes to a place of the machine, whose zero is unknown; these moves are "
               "not checked");
-  // A move is known if its start and its end are.
+  // The path of a move is known only if its start and its end are known.
   std::array<Known, 3> after = known_;
   for (size_t i = 0; i < 3; i++)
     if (block.has(kAxisLetters[i]) && !incremental_)

@@ -45,20 +45,26 @@ class Interpreter {
   explicit Interpreter(InterpreterOptions options = {}) : options_(std::move(options)) {}
 
   // Executes one line and appends its moves. Errors: one sentence without file and line. After an
-  // error the interpreter may not be used.
+  // error, the interpreter must not be used any more.
   Status run(const GcodeLine& line, int number, std::vector<CanonMove>& out);
+  // Sets the current position in the part's frame. Appends no move.
+  void set_position(const AxisPosition& at) {
+    at_ = at;
+    known_.fill(Known::yes);
+  }
   // True after M2, M30 or the second %.
   bool ended() const { return ended_; }
   // Each kind of warning appears once, with its first line.
   const std::vector<ProgramWarning>& warnings() const { return warnings_; }
-  // Whether lengths are in inches at the moment.
+  // True if lengths are in inches at the moment.
   bool inches() const { return inches_; }
 
  private:
-  // What is known about the position of an axis.
+  // What is known about the coordinate of an axis: its value, nothing (at the start), or only that
+  // it is relative to the machine's unknown zero.
   enum class Known { yes, start, machine };
   struct Cycle {
-    std::optional<double> bottom, clear, step, dwell;  // Z, R, Q in mm or program units; P
+    std::optional<double> bottom, clear, step, dwell;  // Z, R, Q [mm]; P [s]
     double from_mm = 0;                                // height at which the series of cycles began
   };
 
@@ -97,7 +103,7 @@ class Interpreter {
   // Moves the tool in straight lines, and stores its position.
   void rapid_to(const AxisPosition& to);
   void feed_to(const AxisPosition& to);
-  // Before a feed move: replaces an unknown start.
+  // Prepares a feed move: replaces unknown coordinates of its start.
   void start_feed(const AxisPosition& to);
 
   InterpreterOptions options_;

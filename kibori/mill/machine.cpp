@@ -17,7 +17,7 @@ constexpr uint64_t kMaxMachineBytes = uint64_t{1} << 20;
 constexpr size_t kMaxRotary = 3;
 
 Mat3 turn(int axis, double degrees) {
-  // Whole turns are removed first: sin_cos is exact within a few turns.
+  // Whole turns are removed first, because sin_cos is exact only within a few turns.
   const double rest = degrees - 360 * std::floor(degrees / 360);
   const SinCos angle = sin_cos(rest * (std::numbers::pi / 180));
   Mat3 matrix = Mat3::Identity();
@@ -145,20 +145,20 @@ std::vector<AxisPosition> Machine::rapid_points(const AxisPosition& from,
 }
 
 Pose Machine::pose(const AxisPosition& at, bool tcp_is_on) const {
-  // The tool in the machine's frame.
+  // The tool's pose in the machine's frame.
   Pose pose;
   for (const RotaryAxis& axis : heads)
     pose.frame = pose.frame * turn(axis.axis, at.abc_deg[axis.axis]);
   pose.tip = at.xyz_mm;
   if (!tcp_is_on) {
-    // Each head turns the parts that it carries about its own pivot. `carried`: the tip in the
-    // frame of the head, at zero angles.
+    // Each head turns the parts that it carries about its own pivot. `tip` is the displacement of
+    // the tip by these rotations.
     Vec3 tip = Vec3::Zero();
     for (auto axis = heads.rbegin(); axis != heads.rend(); ++axis)
       tip = axis->point_mm + turn(axis->axis, at.abc_deg[axis->axis]) * (tip - axis->point_mm);
     pose.tip += tip;
   }
-  // The same in the part's frame.
+  // Converts the pose to the part's frame.
   for (const RotaryAxis& axis : tables) {
     const Mat3 back = turn(axis.axis, at.abc_deg[axis.axis]).transpose();
     pose.frame = back * pose.frame;

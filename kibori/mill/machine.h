@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
-// A milling machine: where its rotary axes are, how fast it moves, and what the controller has
-// stored. It turns positions of the axes into a pose of the tool in the part's frame.
+// A milling machine: its rotary axes, its speeds, and the values that its controller stores. It
+// converts positions of the axes into a pose of the tool in the part's frame.
 //
 //   tables turn the part:   machine = T1 R1 T1' T2 R2 T2' part      first = nearest to the machine
 //   heads turn the tool:    axis of the tool = R1 R2 z              first = nearest to the machine
 //
-// With tool centre point control (TCP) on, X Y Z are the tip in the part's frame, whatever the
-// rotary axes do. With TCP off, X Y Z are what the linear axes do. At zero angles both are equal.
+// With tool centre point control (TCP) on, X Y Z are the tip in the part's frame, for any angles of
+// the rotary axes. With TCP off, X Y Z are the positions of the linear axes. At zero angles both
+// are equal.
 #pragma once
 
 #include <array>

@@ -10,6 +10,9 @@
 namespace kibori {
 namespace {
 
+// With an exponent of 1, the force would not depend on the feed.
+constexpr double kMaxExponent = 0.95;
+
 // The values come from tables of the main cutting force in turning, from the middle of their
 // ranges. `k` is kc1.1 [N/mm^2], for a chip 1 mm thick. `m` is the exponent. Tables differ by 20 %,
 // alloys of one metal by more, and a worn edge adds 30 %.
@@ -50,9 +53,12 @@ Engagement engagement_of(const CutPiece& piece, const CutterDrive& drive) {
     result.chip_mm = result.feed_per_tooth_mm;
     return result;
   }
-  result.depth_mm = piece.depth_mm;
-  if (!(piece.depth_mm > 0 && drive.diameter_mm > 0)) return result;
-  result.width_mm = std::min(result.section_mm2 / piece.depth_mm, drive.diameter_mm);
+  if (!(drive.diameter_mm > 0)) return result;
+  // A cut cannot be wider than the cutter. So the depth is at least that of a cut over the whole
+  // width, even if rounding makes the measured depth smaller.
+  result.depth_mm = std::max(piece.depth_mm, result.section_mm2 / drive.diameter_mm);
+  if (!(result.depth_mm > 0)) return result;
+  result.width_mm = result.section_mm2 / result.depth_mm;
   const double share = std::clamp(2 * result.width_mm / drive.diameter_mm, 0.0, 2.0);
   result.angle_rad = std::acos(1 - share);
   if (result.angle_rad > 0) result.chip_mm = result.feed_per_tooth_mm * share / result.angle_rad;
@@ -71,6 +77,14 @@ std::optional<CuttingForce> cutting_force(const Engagement& engagement, const Cu
   result.power_w = power_mw / 1000;
   result.force_n = power_mw / (std::numbers::pi * drive.diameter_mm * drive.rpm / 60);
   return result;
+}
+
+double feed_factor_for(double ratio, const Engagement& engagement, const Material& material) {
+  const double m = std::min(material.m, kMaxExponent), h = engagement.chip_mm;
+  // f max(h f, kMinChip)^(-m) = wanted
+  const double wanted = ratio * std::pow(std::max(h, kMinChip), -m);
+  const double thick = std::pow(wanted * std::pow(h, m), 1 / (1 - m));
+  return h * thick >= kMinChip ? thick : wanted * std::pow(kMinChip, m);
 }
 
 const Material* machining_material(const std::string& name) {

@@ -10,7 +10,7 @@
 //   power        P = k_c Q                 Q: volume per time
 //   force        F = P / v_c               mean force along the teeth's path, v_c = pi D n
 //
-// A cut with the cutter's middle (face milling) has a thicker chip than the formula says. For a
+// If the middle of the cutter cuts (face milling), the chip is thicker than the formula says. For a
 // ball or a cone D is the largest diameter.
 #pragma once
 
@@ -48,8 +48,8 @@ struct CuttingForce {
   double resistance_n_mm2 = 0, force_n = 0, power_w = 0;
 };
 
-// Minimum thickness of a chip in the law [mm]. Below it an edge rubs, and the power law would have
-// no limit.
+// Minimum thickness of a chip in the law [mm]. An edge rubs if the chip is thinner, and without a
+// minimum the power law would have no limit.
 inline constexpr double kMinChip = 0.001;
 
 Engagement engagement_of(const CutPiece& piece, const CutterDrive& drive);
@@ -57,9 +57,13 @@ Engagement engagement_of(const CutPiece& piece, const CutterDrive& drive);
 std::optional<CuttingForce> cutting_force(const Engagement& engagement, const CutterDrive& drive,
                                           const Material& material);
 
+// Factor of the feed rate at which force and power are `ratio` times as large, at the same
+// engagement: F and P grow with f h^(-m), and h with f.
+double feed_factor_for(double ratio, const Engagement& engagement, const Material& material);
+
 // Materials for milling: those of haptics/materials.h, and metals. Null if the name is unknown.
 const Material* machining_material(const std::string& name);
-// Names of all materials, in order.
+// Names of all materials, the metals first.
 std::vector<std::string> machining_materials();
 
 }  // namespace kibori

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <kibori/mill/program.h>
 
-#include <optional>
 #include <system_error>
 #include <utility>
 
@@ -9,77 +8,23 @@
 
 #include <kibori/mill/canon_listing.h>
 #include <kibori/mill/gcode_parser.h>
+#include <kibori/mill/program_lines.h>
 
 namespace kibori {
 namespace {
-
-// Bytes that are read at a time.
-constexpr size_t kChunk = size_t{1} << 16;
-
-// The lines of a text or a file.
-class Lines {
- public:
-  explicit Lines(std::string_view text) : rest_(text) {}
-  explicit Lines(gzFile file) : file_(file) {}
-  ~Lines() {
-    if (file_) gzclose(file_);
-  }
-  Lines(const Lines&) = delete;
-  Lines& operator=(const Lines&) = delete;
-
-  // The next line without its end; nullopt after the last. It is valid until the next call.
-  // Errors: a damaged file; too many bytes; a line that is too long.
-  Result<std::optional<std::string_view>> next() {
-    while (true) {
-      const size_t end = rest_.find('\n');
-      if (end != std::string_view::npos || !file_ || at_end_) {
-        if (end == std::string_view::npos && rest_.empty())
-          return std::optional<std::string_view>();
-        const std::string_view line = rest_.substr(0, end);
-        rest_.remove_prefix(end == std::string_view::npos ? rest_.size() : end + 1);
-        number_++;
-        return std::optional(line);
-      }
-      // Only a line that is too long does not end within one and a half chunks.
-      if (rest_.size() > kMaxGcodeLine + 1) {
-        number_++;
-        return std::optional(std::exchange(rest_, {}));
-      }
-      if (const Status ok = fill(); !ok) return Error{ok.error()};
-    }
-  }
-  int number() const { return number_; }
-
- private:
-  Status fill() {
-    std::string kept(rest_);
-    buffer_ = std::move(kept);
-    const size_t before = buffer_.size();
-    buffer_.resize(before + kChunk);
-    const int got = gzread(file_, buffer_.data() + before, kChunk);
-    if (got < 0) return Error{"cannot be decompressed; the file is damaged"};
-    buffer_.resize(before + static_cast<size_t>(got));
-    at_end_ = got == 0;
-    bytes_ += static_cast<uint64_t>(got);
-    if (bytes_ > kMaxProgramBytes)
-      return Error{"holds more than 8 GB of text; split the program into several files"};
-    rest_ = buffer_;
-    return Ok{};
-  }
-
-  gzFile file_ = nullptr;
-  std::string buffer_;
-  std::string_view rest_;
-  uint64_t bytes_ = 0;
-  int number_ = 0;
-  bool at_end_ = false;
-};
 
 class ProgramReader final : public Program {
  public:
   template <class Source>
   ProgramReader(std::string name, Source source, InterpreterOptions options)
       : name_(std::move(name)), lines_(source), interpreter_(std::move(options)) {}
+
+  // Declares the file to be the translation of the program `name`.
+  void set_translated(std::vector<ProgramWarning> warnings, std::shared_ptr<void> keeps) {
+    canon_.use_line_words();
+    translation_warnings_ = std::move(warnings);
+    keeps_ = std::move(keeps);
+  }
 
   Result<bool> next(std::vector<CanonMove>& out) override {
     const size_t before = out.size();
@@ -94,7 +39,10 @@ class ProgramReader final : public Program {
     return true;
   }
   std::vector<ProgramWarning> warnings() const override {
-    return listing_ ? canon_.warnings() : interpreter_.warnings();
+    std::vector<ProgramWarning> all = translation_warnings_;
+    const auto& more = listing_ ? canon_.warnings() : interpreter_.warnings();
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
   }
   const std::string& name() const override { return name_; }
   int line() const override { return lines_.number(); }
@@ -119,6 +67,8 @@ class ProgramReader final : public Program {
   Interpreter interpreter_;
   CanonListing canon_;
   bool decided_ = false, listing_ = false;
+  std::vector<ProgramWarning> translation_warnings_;
+  std::shared_ptr<void> keeps_;
 };
 
 }  // namespace
@@ -132,6 +82,17 @@ Result<std::unique_ptr<Program>> Program::open(const std::filesystem::path& path
   if (!file) return Error{path.string() + ": can't be opened; check its permissions"};
   return std::unique_ptr<Program>(
       std::make_unique<ProgramReader>(path.string(), file, std::move(options)));
+}
+
+Result<std::unique_ptr<Program>> Program::open_translated(const std::filesystem::path& listing,
+                                                          const std::string& name,
+                                                          std::vector<ProgramWarning> warnings,
+                                                          std::shared_ptr<void> keeps) {
+  const gzFile file = gzopen(listing.c_str(), "rb");
+  if (!file) return Error{name + ": its translation can't be opened; check the temporary folder"};
+  auto program = std::make_unique<ProgramReader>(name, file, InterpreterOptions{});
+  program->set_translated(std::move(warnings), std::move(keeps));
+  return std::unique_ptr<Program>(std::move(program));
 }
 
 std::unique_ptr<Program> Program::of_text(std::string name, std::string_view text,

@@ -23,6 +23,13 @@ class Program {
   // Opens a file. Errors: it is not a regular file, or cannot be read.
   static Result<std::unique_ptr<Program>> open(const std::filesystem::path& path,
                                                InterpreterOptions options = {});
+  // Opens a canonical listing that is the translation of the program `name`. Its N words are line
+  // numbers of that program. `warnings`: of the translation. `keeps`: an object that must live as
+  // long as the program, for example the listing's folder.
+  static Result<std::unique_ptr<Program>> open_translated(const std::filesystem::path& listing,
+                                                          const std::string& name,
+                                                          std::vector<ProgramWarning> warnings,
+                                                          std::shared_ptr<void> keeps);
   // A program in memory. `name`: for messages. `text` must outlive the program.
   static std::unique_ptr<Program> of_text(std::string name, std::string_view text,
                                           InterpreterOptions options = {});

@@ -106,28 +106,15 @@ Status read_project(const Json& root, const std::filesystem::path& folder, MillP
 
 // ---- TOML ----
 
-// [diameter, height of the upper end], as in shank = [6, 50].
+// Reads [diameter, height of the upper end above the tip], as in shank = [6, 50].
 void read_section(const TableReader& t, const char* key, BodyPart part, MillTool& tool) {
   if (!t.has(key)) return;
   const std::vector<double> numbers = t.numbers(key, 2);
-  const double from = tool.body.empty() ? 0 : tool.body.back().to_mm;
   if (t.failed()) return;
-  if (!(numbers[0] > 0 && numbers[1] > from))
-    return t.fail(key, t.full(key) +
-                           " must be [diameter, height of its end above the tip], each above the "
-                           "part below");
-  tool.body.push_back({part, numbers[0] / 2, from, numbers[1]});
-}
-
-// The height above the tip where the cutter ends.
-double cutter_height(const Tool& tool) {
-  double length = 0;
-  for_tool_numbers(tool, [&](const std::string& name, const auto& number) {
-    if constexpr (std::is_same_v<decltype(number), const double&>)
-      if (name == "length") length = number;
-  });
-  if (const auto* ball = std::get_if<BallTool>(&tool)) return 2 * ball->radius;
-  return length;
+  if (!add_section(tool, part, numbers[0], numbers[1]))
+    t.fail(key, t.full(key) +
+                    " must be [diameter, height of its end above the tip], each above the part "
+                    "below");
 }
 
 Tool read_cutter(SceneReader& reader, const TableReader& t) {
@@ -165,12 +152,9 @@ void read_mill_tool(SceneReader& reader, const TableReader& t, ToolTable& table)
   tool.cutter = read_cutter(reader, t);
   if (t.failed()) return;
   tool.number = static_cast<int>(number);
-  // The body starts where the cutter ends. This first section only holds the height.
-  tool.body.push_back({BodyPart::neck, 0, 0, cutter_height(tool.cutter)});
   read_section(t, "neck", BodyPart::neck, tool);
   read_section(t, "shank", BodyPart::shank, tool);
   read_section(t, "holder", BodyPart::holder, tool);
-  tool.body.erase(tool.body.begin());
   if (table.find(tool.number))
     return t.fail("number", t.full("number is used twice; each tool needs its own"));
   if (table.tools.size() >= kMaxTools) return t.fail("a table can have at most 10000 tools");

@@ -23,7 +23,7 @@ std::string lower(std::string text) {
   return text;
 }
 
-// LinuxCNC's tables have no shapes. The remark often names it.
+// LinuxCNC's tables do not state the shape of a tool, but the remark often names it.
 Tool shape_by_remark(const std::string& remark, double radius, bool& known) {
   const std::string text = lower(remark);
   const auto says = [&](const char* word) { return text.find(word) != std::string::npos; };
@@ -39,7 +39,7 @@ Tool shape_by_remark(const std::string& remark, double radius, bool& known) {
   return Flat{radius, kLongCutter};
 }
 
-// One line of LinuxCNC's table, as T1 P1 D3.175 Z0 ;remark.
+// Adds the tool of one line of LinuxCNC's table, such as T1 P1 D3.175 Z0 ;remark.
 Status add_line(const std::string& line, ToolTable& table) {
   const size_t semicolon = line.find(';');
   const std::string remark = semicolon == std::string::npos ? "" : line.substr(semicolon + 1);
@@ -91,6 +91,23 @@ double cutter_radius_mm(const Tool& tool) {
     }
   });
   return radius > 0 ? radius : reach_mm(tool);
+}
+
+double cutter_height_mm(const Tool& tool) {
+  double length = 0;
+  for_tool_numbers(tool, [&](const std::string& name, const auto& number) {
+    if constexpr (std::is_same_v<decltype(number), const double&>)
+      if (name == "length") length = number;
+  });
+  if (const auto* ball = std::get_if<BallTool>(&tool)) return 2 * ball->radius;
+  return length;
+}
+
+bool add_section(MillTool& tool, BodyPart part, double diameter_mm, double end_mm) {
+  const double from = tool.body.empty() ? cutter_height_mm(tool.cutter) : tool.body.back().to_mm;
+  if (!(diameter_mm > 0 && end_mm > from)) return false;
+  tool.body.push_back({part, diameter_mm / 2, from, end_mm});
+  return true;
 }
 
 Result<ToolTable> parse_linuxcnc_tools(const std::string& text, const std::string& name) {

@@ -15,7 +15,7 @@
 
 namespace kibori {
 
-// The kind of a part of a tool that does not cut.
+// The parts of a tool that do not cut.
 enum class BodyPart { neck, shank, holder };
 constexpr Names<3> names_of(BodyPart) { return {"neck", "shank", "holder"}; }
 
@@ -29,7 +29,7 @@ struct MillTool {
   int number = 0;
   std::string name;               // may be empty
   Tool cutter;                    // the cutter, from the tip up
-  std::vector<ToolSection> body;  // the other parts above it, from below
+  std::vector<ToolSection> body;  // the parts above the cutter, lowest first
   int teeth = 0;                  // 0: unknown, so there is no force
 };
 
@@ -56,6 +56,13 @@ Tool ball_end_mill(double radius_mm, double length_mm);
 // Largest radius of the cutter [mm]; infinite if it is unknown.
 double cutter_radius_mm(const Tool& tool);
 
+// Height above the tip where the cutter ends [mm].
+double cutter_height_mm(const Tool& tool);
+
+// Adds a part above the cutter and the earlier parts, up to a height above the tip. Returns false,
+// and adds nothing, if it has no diameter or does not end above the part below.
+bool add_section(MillTool& tool, BodyPart part, double diameter_mm, double end_mm);
+
 // Parses a table. `name`: for messages. Errors: one sentence with file and line or tool.
 Result<ToolTable> parse_linuxcnc_tools(const std::string& text, const std::string& name);
 Result<ToolTable> parse_toml_tools(const std::string& text, const std::string& name);
@@ -63,7 +70,8 @@ Result<ToolTable> parse_toml_tools(const std::string& text, const std::string& n
 Result<MillProject> parse_camotics(const std::string& text, const std::string& name,
                                    const std::filesystem::path& folder);
 
-// Reads a table of any kind, by its ending. Errors: the file can't be read, and those above.
+// Reads a table. The ending of the name determines its format. Errors: an unknown ending, the file
+// can't be read, and those above.
 Result<ToolTable> read_tools(const std::filesystem::path& path);
 Result<MillProject> read_camotics(const std::filesystem::path& path);
 

@@ -24,7 +24,8 @@ void DirectTool::touch(const Tool& tool, const ToolMotion& motion, int substeps,
   const Lattice& lattice = model_.lattice();
   const SweptTool start(tool, motion.start, Vec3::Zero(), lattice);
   if (substeps > 1) {
-    // Cuts, then restores the model, because a substep must not count the volume of an earlier one.
+    // A substep must not count material that an earlier substep reached. So the substeps cut the
+    // model, and restore() undoes the cuts.
     const Snapshot before = model_.snapshot();
     Removed inside;
     cut(model_, start, options, inside);
@@ -33,7 +34,7 @@ void DirectTool::touch(const Tool& tool, const ToolMotion& motion, int substeps,
     return;
   }
   const SweptTool sweep(tool, motion.substep(0, 1), motion.travel_mm, lattice);
-  // The sweep includes the start pose, so its share is subtracted.
+  // The sweep includes the tool at its start pose. Material there does not count, so subtract it.
   Removed before;
   contact(model_, start, options, before);
   contact(model_, sweep, options, removed_);
@@ -114,6 +115,7 @@ Result<ToolTick> DirectTool::advance(const Tool& tool, const Vec3& tip_mm, const
       touch(tool, motion, substeps,
             {sums_of(motion, end, lattice, edit_.grain(), edit_.chip()), threads_});
     } else {
+      if (mode == Mode::deposit) edit_.make_room(tool, motion, substeps);
       if (measured) measure_start(tool, motion, end, mode == Mode::deposit, material);
       edit_.run(tool, motion, end, substeps, mode == Mode::deposit, material, threads_, removed_);
     }

@@ -3,9 +3,9 @@
 // the model along the motion and returns the force on the tool.
 //
 // A DirectTool stores the tool's pose. Each advance() sweeps the tool from that pose to the new
-// one. A motion that turns is split into substeps (substeps.h). A substep translates without
-// rotation, at its middle orientation. No point of the tool deviates from its true arc by more than
-// kTurnTolerance.
+// one. A motion that turns is divided into substeps (substeps.h). In a substep the tool keeps one
+// orientation, that of the substep's middle. No point of the tool deviates from its true arc by
+// more than kTurnTolerance.
 #pragma once
 
 #include <vector>
@@ -39,6 +39,8 @@ class DirectTool {
   // Sets the protected region, which is not cut; null: none. The region must outlive the tool or be
   // unset first.
   void set_no_go(const NoGo* no_go) { edit_.set_no_go(no_go); }
+  // See ToolEdit::set_grows.
+  void set_grows(bool grows) { edit_.set_grows(grows); }
   // Sets how the wood's grain changes the cutting force; null: the force uses each material's u
   // alone. `grain` must outlive the tool.
   void set_grain(const Grain* grain) { edit_.set_grain(grain); }
@@ -47,6 +49,8 @@ class DirectTool {
   // Model `energy`: volume whose resistance is still pending [cells^3] (PathMean::unpaid). The
   // volume that is pending when a stroke ends causes no force.
   double unpaid_cells() const { return mean_.unpaid(); }
+  // The same, plus all volume that was dropped so far, at reversals and ends of strokes.
+  double without_force_cells() const { return mean_.never_paid(); }
   // Shape of the chip that the last advance's force is computed from. All zero if no law needs it.
   const Chip& chip() const { return chip_; }
 
@@ -59,11 +63,11 @@ class DirectTool {
                            uint8_t material = 0);
 
  private:
-  // Measures what the tool newly reaches along `motion`. Does not edit the model.
+  // Measures the material that the tool newly reaches along `motion`. Does not edit the model.
   void touch(const Tool& tool, const ToolMotion& motion, int substeps, const EditOptions& options);
 
-  // Measures what the tool would cut or deposit at the start of `motion`. The tool has no path
-  // there, so this volume causes no force of model `energy`.
+  // Measures the volume that the tool would cut or deposit at the start of `motion`, before it has
+  // moved. In model `energy`, this volume causes no force, because a force needs a path.
   void measure_start(const Tool& tool, const ToolMotion& motion, const Pose& end, bool deposits,
                      uint8_t material);
 

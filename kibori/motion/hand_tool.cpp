@@ -13,6 +13,11 @@ void HandTool::set_no_go(const NoGo* no_go) {
   spring_.set_no_go(no_go);
 }
 
+void HandTool::set_grows(bool grows) {
+  direct_.set_grows(grows);
+  spring_.set_grows(grows);
+}
+
 void HandTool::set_grain(const Grain* grain) {
   direct_.set_grain(grain);
   spring_.set_grain(grain);

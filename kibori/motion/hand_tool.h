@@ -4,7 +4,7 @@
 //   paper, energy   the tool is where the hand is (DirectTool)
 //   series          the hand holds a spring, and the spring holds the tool (SpringTool)
 //
-// Only this class chooses between the two, and only this class turns a tick into its record.
+// Only this class chooses between the two, and only this class makes the record of a tick.
 #pragma once
 
 #include <vector>
@@ -30,7 +30,7 @@ class HandTool {
   HandTool(TriDexel& model, const Pose& start, const SeriesSpring& spring)
       : pose_(start), hand_(start), direct_(model, start), spring_(model, start, spring) {}
 
-  // Poses of the tool and of the hand. They differ only in model `series`.
+  // Poses of the tool and of the hand. They are equal except in model `series`.
   const Pose& pose() const { return pose_; }
   const Pose& hand() const { return hand_; }
   SpringTool& spring_tool() { return spring_; }
@@ -41,6 +41,8 @@ class HandTool {
   // Sets the protected region, which is not cut; null: none. The region must outlive the tool or be
   // unset first.
   void set_no_go(const NoGo* no_go);
+  // Sets whether a deposit that needs room grows the model's lattice.
+  void set_grows(bool grows);
   // Sets the direction of the wood's fibres; null: none. It must outlive the tool or be unset
   // first.
   void set_grain(const Grain* grain);
@@ -59,6 +61,8 @@ class HandTool {
   // lock. `strike_nmm`: see SpringTool::advance.
   Result<ToolTick> move(const ToolUse& use, const Vec3& tip_mm, const Vec3& turn_rad);
   Result<ToolTick> move_to(const ToolUse& use, const Pose& pose, double strike_nmm = 0);
+  // Removed or added volume that caused no force: see DirectTool. 0 in models `paper` and `series`.
+  double without_force_cells() const { return direct_.without_force_cells(); }
   // Record of the last move.
   const MoveTick& recorded() const { return recorded_; }
 

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-// SpringTool: what the tool would reach, what resists, and where the spring balances it.
+// SpringTool: material that the tool would reach, its resistance, and the balance with the spring.
 #include <kibori/motion/spring_tick.h>
 
 #include <algorithm>
+#include <utility>
 
 #include <kibori/edit/edit.h>
 
@@ -12,18 +13,23 @@ using namespace spring;
 
 namespace {
 
-// Tolerances of the balance: a share of the pull, and a distance [cells]. A thousandth of the found
-// distance also suffices.
+// Tolerances of the balance: a share of the pull, and a distance [cells]. An error of a thousandth
+// of the tool's displacement is also accepted.
 constexpr double kBalanceShare = 3e-4;
 constexpr double kBalanceError = 1e-4;
-// A trial uses this factor fewer substeps than a cut. Its outermost point then deviates by up to
-// 0.4 cells. With fewer substeps the tool detects walls that do not exist. With more, a tick of a
-// turning tool costs ten times that of a straight one.
+// A trial uses fewer substeps than a cut, by this factor. Then the outermost point of the tool
+// deviates by up to 0.4 cells. With a larger factor, the tool detects walls that do not exist. With
+// a smaller one, a tick of a turning tool takes ten times as long as that of a straight one.
 constexpr int kTrialPieces = 4;
+// Minimum cosine of the angle between the hand's motion and the chip's direction. Above it, the
+// chip of the last cell of path is that of the hand's groove.
+constexpr double kSameGroove = 0.95;
 
 }  // namespace
 
-// Calls f(solid, options) for the straight substeps of the path up to `share`.
+// Calls f(solid, options, sign) for the straight substeps of the path up to `share`. A trial removes
+// nothing, so material inside the tool where two substeps meet counts twice. Therefore f is also
+// called for the tool at rest in these poses, with sign -1.
 template <class F>
 void SpringTool::for_sweeps(const Tick& tick, double share, F&& f) const {
   const Lattice& lattice = model_.lattice();
@@ -35,43 +41,51 @@ void SpringTool::for_sweeps(const Tick& tick, double share, F&& f) const {
   options.motion = {lattice.to_lattice(path.at(1).tip), false, LatticeVector(), Vec3::Zero(),
                     path.start.axis()};
   for (int i = 0; i < substeps; i++) {
-    const SweptTool sweep(tick.tool, path.substep(i, substeps), path.travel_mm / substeps, lattice,
-                          tick.clear && substeps == 1);
-    f(sweep.solid(), options);
+    const Pose begin = path.substep(i, substeps);
+    f(SweptTool(tick.tool, begin, path.travel_mm / substeps, lattice, tick.clear && substeps == 1)
+          .solid(),
+      options, 1);
+    if (i > 0) f(SweptTool(tick.tool, begin, Vec3::Zero(), lattice).solid(), options, -1);
   }
 }
 
 double SpringTool::reach_volume(const Tick& tick, double share, const Grain* grain, bool chip) {
   trial_.reset();
   const Vec3 weights = tick.weights();
-  for_sweeps(tick, share, [&](const Solid& solid, EditOptions& options) {
+  for_sweeps(tick, share, [&](const Solid& solid, EditOptions& options, int sign) {
     options.motion.along = &weights;
     options.motion.chip = chip;
     options.motion.grain = grain;
     if (grain) options.motion.across2 = grain->across2(tick.motion.travel_mm);
+    Removed& sums = sign > 0 ? trial_ : twice_;
+    if (sign < 0) twice_.reset();
     if (tick.mode == Mode::deposit)
-      deposit_contact(model_, solid, tick.material, options, trial_);
+      deposit_contact(model_, solid, tick.material, options, sums);
     else
-      contact(model_, solid, options, trial_);
+      contact(model_, solid, options, sums);
+    if (sign < 0) trial_.add(twice_, -1);
   });
   return trial_.volume();
 }
 
-// The same for the protected region [cells^3].
+// Volume of the protected region that the tool would reach on the path up to `share` [cells^3].
 double SpringTool::wall_volume(const Tick& tick, double share) {
   const NoGo* const no_go = tick.mode == Mode::deposit ? nullptr : edit_.no_go();
   if (!no_go) return 0;
-  walls_.reset();
   const Vec3 weights = tick.weights();
-  for_sweeps(tick, share, [&](const Solid& solid, EditOptions& options) {
+  double volume = 0;
+  for_sweeps(tick, share, [&](const Solid& solid, EditOptions& options, int sign) {
     options.motion.along = &weights;
+    walls_.reset();
     contact(no_go->model(), solid, options, walls_);
+    volume += sign * walls_.volume();
   });
-  return walls_.volume();
+  return volume;
 }
 
-// Computes how the wood's grain changes the resistance of what the last trial met. Each material is
-// computed once per tick: the factor varies little along the path, and it costs more than a trial.
+// Computes by what factor the wood's grain changes the resistance of the material that the last
+// trial met. It does so once per tick and material: the factor varies little along the path, and
+// computing it takes longer than a trial.
 void SpringTool::measure_grain(const Tick& tick, double share) {
   uint64_t met = 0;
   trial_.for_parts([&](int i, const RemovedPart&) { met |= uint64_t{1} << i; });
@@ -87,14 +101,14 @@ void SpringTool::measure_grain(const Tick& tick, double share) {
   tick.known |= missing;
 }
 
-// True if the straight path up to `share` passes through material too thin for the lengths of rays.
-// Measured by volumes.
+// True if the straight path up to `share` passes through thin material that resistance() misses,
+// because it sums lengths of rays. This function sums volumes.
 bool SpringTool::passes_thin(const Tick& tick, double share) {
   if (tick.motion.turns()) return false;
   const NoGo* const no_go = edit_.no_go();
   const auto volume = [&](double to) {
     trial_.reset();
-    for_sweeps(tick, to, [&](const Solid& solid, EditOptions& options) {
+    for_sweeps(tick, to, [&](const Solid& solid, EditOptions& options, int) {
       if (no_go)
         contact(model_, Except(solid, *no_go), options, trial_);
       else
@@ -107,8 +121,8 @@ bool SpringTool::passes_thin(const Tick& tick, double share) {
   return there > min && (tick.clear || there - volume(0) > min);
 }
 
-// Weight of the cuts over the last cell of path for this direction: the cosine between the two
-// directions, at least 0.
+// Weight with which the cuts over the last cell of path apply to this motion: the cosine of the
+// angle between the last motion and this one, at least 0.
 double SpringTool::same_direction(const Tick& tick) const {
   const double lengths =
       std::sqrt(tick.motion.travel_mm.squaredNorm() * last_displacement_mm_.squaredNorm());
@@ -116,11 +130,30 @@ double SpringTool::same_direction(const Tick& tick) const {
   return std::max(0.0, tick.motion.travel_mm.dot(last_displacement_mm_) / lengths);
 }
 
-// Shape of the chip over the last cell of path. If nothing was cut there: that of this trial.
+// Shape of the chip that determines the material's resistance in this tick: that of the last cell
+// of path or, if nothing was cut there, that of the material that a trial reaches.
+//
+// Wood resists several times as hard across the fibres as along them. With a hand of limited
+// strength, the solver tries paths that lead upwards or downwards. If each path had its own shape,
+// the tool would dive where the resistance is low, and stick where it is high. So all paths of the
+// tick use the shape of the groove that the hand draws.
 const Chip& SpringTool::chip_shape(const Tick& tick, double share) {
-  if (chip_.section_mm2 > 0 && same_direction(tick) > 0) return chip_;
-  if (tick.shape_known) return tick.shape;
-  tick.shape_known = true;
+  const bool draws = spring_.strength_n > 0 && tick.hand_mm.squaredNorm() > 0;
+  const bool holds = draws ? tick.hand_mm.normalized().dot(chip_.direction) > kSameGroove
+                           : same_direction(tick) > 0;
+  if (chip_.section_mm2 > 0 && holds) return chip_;
+  if (std::exchange(tick.shape_known, true)) return tick.shape;
+  tick.shape = {};
+  if (draws) {
+    Tick groove = tick;
+    groove.motion = {tick.motion.start, tick.hand_mm, Vec3::Zero()};
+    tick.shape = shape_of_trial(groove, 1);
+  }
+  if (!(tick.shape.section_mm2 > 0)) tick.shape = shape_of_trial(tick, share);
+  return tick.shape;
+}
+
+Chip SpringTool::shape_of_trial(const Tick& tick, double share) {
   reach_volume(tick, share, nullptr, true);
   const double h = model_.lattice().pitch_mm;
   const ToolMotion path = tick.motion.part(share);
@@ -130,9 +163,8 @@ const Chip& SpringTool::chip_shape(const Tick& tick, double share) {
   trial_.for_parts([&](int, const RemovedPart& part) {
     if (part.has_chip) whole.add(resistance_of(part, tried, h).chip, 1);
   });
-  // The section is not used, so any path length does.
-  tick.shape = chip_of(whole, 1, h);
-  return tick.shape;
+  // The section of this chip is not used, so the path length does not matter.
+  return chip_of(whole, 1, h);
 }
 
 SpringTool::Resistance SpringTool::resistance(const Tick& tick, double share, bool ahead) {
@@ -147,7 +179,7 @@ SpringTool::Resistance SpringTool::resistance(const Tick& tick, double share, bo
   const double grazed = kTouchArea * h * h * path;
   r.room = std::max(kTouchVolume * cell + grazed - all_of_it * cell,
                     kMoreVolume * cell + grazed - volume);
-  // A cut that is too thin for the lengths of rays.
+  // The part of the section that lengths of rays miss.
   const double excess = tick.mode == Mode::cut ? same_direction(tick) * excess_mm2_ : 0;
   if (excess > kTouchArea * h * h) r.room = std::min(r.room, -kTouchVolume * cell);
   r.touching = r.room < 0;
@@ -161,7 +193,7 @@ SpringTool::Resistance SpringTool::resistance(const Tick& tick, double share, bo
     r.room = std::min(r.room, room);
   }
   if (!r.touching) return r;
-  // A force larger than any hand's pull.
+  // The wall resists with a force larger than any pull.
   if (r.walled) r.force = 2 * spring_.strength_n + 2 * pull(tick.length + tick.beyond);
   if (r.walled) return r;
   measure_grain(tick, share);
@@ -181,21 +213,22 @@ SpringTool::Resistance SpringTool::resistance(const Tick& tick, double share, bo
   };
   trial_.for_parts([&](int i, const RemovedPart& part) { add(i, std::max(0.0, part.volume())); });
   if (!(all > 0)) {
-    // The lengths of rays met nothing. Use the materials of the cuts over the last cell of path.
+    // The cut is so thin that no ray met material. So use the materials of the last cell of path.
     mean_.for_paid([&](int i, const PathMean::Resistance& paid) { add(i, paid.chip.volume); });
   }
   if (!(all > 0)) return r;
   if (tick.mode == Mode::deposit) yield = 0;
-  // The viscosity uses what the step itself would reach in the tick.
+  // The viscosity counts only the volume that the step itself reaches, not that of the window
+  // ahead.
   r.force =
       (spring_.hand_share * (yield + section * u) + volume / path * c * step / spring_.tick_s) /
       all;
   return r;
 }
 
-// Share of the path at which the spring's pull equals the resistance: the first such place,
-// starting from that of the last tick. The resistance changes little from tick to tick, so one or
-// two trials usually suffice.
+// Returns the smallest share of the path at which the spring's pull equals the resistance. The
+// search starts with the displacement of the last tick. The resistance changes little from tick to
+// tick, so one or two trials usually suffice.
 SpringTool::Balance SpringTool::balance(const Tick& tick, bool likely_touching) {
   const double h = model_.lattice().pitch_mm, whole_pull = pull(tick.length + tick.beyond);
   const double min = std::min(1.0, kMinStep * h / tick.length);
@@ -204,9 +237,9 @@ SpringTool::Balance SpringTool::balance(const Tick& tick, bool likely_touching) 
                ? -whole_pull
                : pull(tick.length * (1 - share) + tick.beyond) - r.force;
   };
-  // At `low` the spring still pulls harder than the material resists; at `high` it does not. If it
-  // does not touch at `low`, the place of first contact is found first. The resistance may jump
-  // there, but the reached volume grows steadily.
+  // At `low` the spring still pulls harder than the material resists; at `high` it does not. If the
+  // tool does not touch at `low`, the search first finds the place of first contact, by the reached
+  // volume. This volume grows steadily, but the resistance may jump there.
   Balance low{0, false};
   double high = 1, low_excess = whole_pull, high_excess = 0, low_room = kTouchVolume * h * h * h,
          high_room = 0;
@@ -221,8 +254,8 @@ SpringTool::Balance SpringTool::balance(const Tick& tick, bool likely_touching) 
   double probe = std::clamp(last_step_mm_ / tick.length, min, likely_touching ? 1.0 : 0.5);
   int kept = 0;
   for (int trials = 0; trials < kMaxTrials; trials++) {
-    // A cutting tool looks a little ahead (kWindow). Material that it does not reach yet cannot
-    // stop it.
+    // The resistance of a cutting tool is a mean over a distance ahead (kWindow). But only material
+    // that it has reached can stop it.
     const bool ahead = touched_ && tick.mode == Mode::cut && probe * tick.length < kWindow * h;
     Resistance r = resistance(tick, probe, ahead);
     double e = excess(probe, r);
@@ -271,13 +304,13 @@ SpringTool::Balance SpringTool::balance(const Tick& tick, bool likely_touching) 
   return low;
 }
 
-// Pull of the hand at a distance from the tool.
+// Pull of the hand [N] at a distance from the tool.
 double SpringTool::pull(double length_mm) const {
   const double k = spring_.stiffness_n_mm, s = spring_.strength_n;
   return s > 0 ? std::min(s, k * length_mm) : k * length_mm;
 }
 
-// Length of a motion. The turn counts by its weight in the spring's energy.
+// Length of a motion, with the turn as in spring_tool.h (L).
 double SpringTool::length_of(const ToolMotion& motion) const {
   const double k = spring_.stiffness_n_mm, kt = spring_.torsion_nmm_rad;
   return std::sqrt(motion.travel_mm.squaredNorm() +

@@ -14,18 +14,20 @@ namespace {
 // would drive it into the material. The spring pulls it back in the next tick.
 constexpr double kLift = 0.02;
 constexpr double kNormalStep = 0.25;  // [cells] distance at which the normal is measured
-// The protected region is in contact if the tool meets it within this distance [cells]. If smaller
-// than a lift, the tool oscillates. If larger, the tool stays away from it.
+// The protected region is in contact if the tool meets it within this distance [cells]. With a
+// distance smaller than a lift, the tool oscillates. With a larger one, it stays away from the
+// region.
 constexpr double kWallReach = 0.1;
-// Distance [cells] over which its normal is measured. If smaller, too few rays meet a round wall.
+// Distance [cells] over which the normal of the region is measured. With a smaller one, too few
+// rays meet a round wall.
 constexpr double kWallStep = 1;
 // Radius [cells] around the centre of contact in which the wall's own normals are used.
 constexpr double kWallLookAround = 2.5;
-// Shares of its displacement by which the tool is lifted. The tool uses the first share that keeps
-// it out of the wall over the distance kWallLook [cells].
+// A tool that slides along the region is lifted from it by one of these shares of its displacement:
+// the first one that keeps it out of the wall over the distance kWallLook [cells].
 constexpr double kWallLifts[] = {0.02, 0.06, 0.2}, kWallLook = 0.5;
-// Steps of the search for a clear place. The first is in cells; each next one is longer by the
-// factor. So the search exceeds the distance by a fifth at most.
+// Steps of the search for a clear place: the first one [cells], and the factor from one to the
+// next. With this factor, the result is about a fifth farther away than necessary at most.
 constexpr double kFirstBack = 1, kBackFactor = 1.2;
 
 }  // namespace
@@ -63,7 +65,7 @@ double SpringTool::slide(const Tick& tick, const Vec3& residual) {
   const double length = std::sqrt(along.squaredNorm());
   double distance = length - spring_.friction * pressed;
   if (!(distance > kMinStep * model_.lattice().pitch_mm)) return 0;
-  // Lifting must not cost the spring more energy than sliding releases.
+  // Lifting must not put more energy into the spring than sliding releases.
   const double lift = std::min(kLift, 0.5 * length / pressed);
   distance = std::min(distance, kLookDistance * model_.lattice().pitch_mm);
   Tick slip{tick.tool, {tool_pose_, (along / length + lift * normal) * distance, Vec3::Zero()},
@@ -102,7 +104,8 @@ bool SpringTool::keep_to_wall(Tick& tick) {
   const double length = std::sqrt(growth.squaredNorm());
   if (!(length > 0)) return false;
   Vec3 normal = -growth / length;
-  // A smooth wall's own normals are better, because single rays make the growth rough.
+  // If the wall is smooth, its own normals are better: the growth of the volume is uneven, because
+  // single rays enter.
   probe.motion.travel_mm = -kWallStep * h * normal;
   const double met = wall_volume(probe, 1);
   Vec3 moment = Vec3::Zero();

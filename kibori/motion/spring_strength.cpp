@@ -17,10 +17,10 @@ namespace {
 // of depth.
 constexpr double kRiseShare = 0.02;
 constexpr int kMaxRises = 32;
-// Unused work of the hand is saved for resistance that comes in lumps. An example is a flat face
-// that sinks obliquely and meets a whole layer of rays at once. The maximum is the work over this
-// distance [cells] at full strength. A face of 32 mm^2 in oak needs three cells. A larger value
-// would drive the tool deeper into a wall that it meets.
+// Work that the hand did not need is saved for moments of high resistance. An example is a flat
+// face that sinks obliquely and meets a whole layer of rays at once. At most the work over this
+// distance [cells] at full strength is saved. A face of 32 mm^2 in oak needs three cells. A larger
+// value would drive the tool deeper into a wall that it meets.
 constexpr double kSpareDistance = 4;
 
 }  // namespace
@@ -50,10 +50,9 @@ void SpringTool::look_ahead(Tick& tick, const Pose& device) const {
   tick.whole = false;
 }
 
-// Raises the end of the path along `up` until the hand can just drive the tool there. The spring is
-// then stretched by this height, too. On the original path the resistance exceeds the pull by
-// too_hard_n. Returns false, with an unchanged tick, if the path does not lead sideways or no
-// height suffices.
+// Raises the end of the path along `up` until the hand's strength can just drive the tool there. On
+// the original path the resistance exceeds the strength by too_hard_n. Returns false, with an
+// unchanged tick, if the path does not lead sideways or no height suffices.
 bool SpringTool::deflect(Tick& tick, const Vec3& up, double too_hard_n) {
   const double h = model_.lattice().pitch_mm, strength = spring_.strength_n;
   const ToolMotion wanted = tick.motion;
@@ -66,18 +65,18 @@ bool SpringTool::deflect(Tick& tick, const Vec3& up, double too_hard_n) {
   };
   const auto excess = [&](double rise) {
     aim(rise);
-    // Over a short path the mean looks a little ahead, as in balance().
+    // If the path is short, the resistance is a mean over kWindow, as in balance().
     const double ahead = std::max(1.0, kWindow * h / tick.length);
     tick.motion.travel_mm *= ahead;
     tick.motion.turn_rad *= ahead;
     tick.length *= ahead;
-    const double too_hard = resistance(tick, 1).force - pull((tick.rest_mm - rise * up).norm()) -
-                            spare_nmm_ / tick.length;
+    const double too_hard = resistance(tick, 1).force - strength - spare_nmm_ / tick.length;
     tick.motion.turn_rad = wanted.turn_rad;
     return too_hard;
   };
-  // At `low` the path is too hard, at `high` it is not. The search starts from the last tick's
-  // result, or else from the level path.
+  // With the rise `low` the resistance exceeds the strength, with `high` it does not. The search
+  // starts with the rise of the last tick. If there was none, it starts with a path that does not
+  // go deeper.
   double low = 0, low_excess = too_hard_n, high = -1, high_excess = 0;
   double rise = rise_mm_ > 0 ? rise_mm_ : std::max(sinks, 0.05 * h),
          step = std::max(0.25 * sideways, 0.05 * h);
@@ -91,7 +90,8 @@ bool SpringTool::deflect(Tick& tick, const Vec3& up, double too_hard_n) {
       high_excess = e;
       if (e >= -kRiseShare * strength) break;
     }
-    if (high >= 0 && high - low <= 0.01 * h) break;
+    // The share of `sideways` is for short ticks: there a tool may sink by less than 0.01 cells.
+    if (high >= 0 && high - low <= std::min(0.01 * h, 0.05 * sideways)) break;
     if (high < 0) {
       rise = low + step;
       step *= 2;
@@ -113,25 +113,39 @@ bool SpringTool::deflect(Tick& tick, const Vec3& up, double too_hard_n) {
   return true;
 }
 
-// How far a hand of limited strength pushes the tool. `up`: direction out of the wood.
+// Share of a raised path along which the spring pulls at least as hard as the material resists. The
+// hand is not at the end of that path but below it, by the rise.
+double SpringTool::drawn_share(const Tick& tick, const Vec3& up, double force_n) const {
+  const Vec3& travel = tick.motion.travel_mm;
+  const Vec3 below = tick.rest_mm - rise_mm_ * up;
+  const double stretch = std::min(force_n, spring_.strength_n) / spring_.stiffness_n_mm;
+  // The distance to the hand equals `stretch`.
+  const double a = travel.squaredNorm(), b = travel.dot(below),
+               c = below.squaredNorm() - stretch * stretch;
+  if (c >= 0 || !(a > 0)) return 1;
+  return std::clamp(1 - (std::sqrt(b * b - a * c) - b) / a, 0.0, 1.0);
+}
+
+// Computes how far a hand of limited strength pushes the tool. `up`: direction out of the wood.
 SpringTool::Balance SpringTool::push(Tick& tick, const Vec3& up, bool likely_touching) {
   const double h = model_.lattice().pitch_mm, k = spring_.stiffness_n_mm,
                strength = spring_.strength_n;
   if (k * (tick.length + tick.beyond) > strength) {
     const Resistance whole = resistance(tick, 1);
-    const double force = whole.force;
-    if (!whole.walled && force > strength + spare_nmm_ / tick.length && deflect(tick, up, force)) {
+    const double too_hard = whole.force - strength - spare_nmm_ / tick.length;
+    if (!whole.walled && too_hard > 0 && deflect(tick, up, too_hard)) {
       const Resistance r = resistance(tick, 1);
-      spare_nmm_ = std::clamp(spare_nmm_ + (strength - r.force) * tick.length, 0.0,
+      const double share = drawn_share(tick, up, r.force);
+      spare_nmm_ = std::clamp(spare_nmm_ + (strength - r.force) * share * tick.length, 0.0,
                               kSpareDistance * h * strength);
       resisted_mm_ = tick.motion.travel_mm * (r.force / (k * tick.length));
-      return {1, r.touching};
+      return {share, r.touching};
     }
   }
   const Balance at = balance(tick, likely_touching);
   if (at.share >= 1) return at;
-  // A lump of rays may resist more than the pull for a moment. It is cut if the work over some
-  // cells suffices.
+  // Many rays that the tool meets at once may resist more than the pull for a moment. The tool cuts
+  // them if the mean resistance over some cells is below the pull.
   for (double share = std::min(1.0, kSpareDistance * h / tick.length);
        share > std::max(2 * at.share, kMinStep * h / tick.length); share /= 2) {
     const Resistance r = resistance(tick, share);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// One tick of a SpringTool while it is solved. The sources of spring_tool.h share it. Internal: not
-// installed.
+// The state of a SpringTool while it computes one tick. The sources of spring_tool.h share it.
+// Internal: not installed.
 //
 //   spring_tool.cpp       a tick from its beginning to its end
-//   spring_balance.cpp    what the tool would reach, what resists, and where the spring balances it
+//   spring_balance.cpp    material that the tool would reach, its resistance, the spring's balance
 //   spring_strength.cpp   a hand of limited strength: reduced depth; blows of a mallet
 //   spring_contact.cpp    contact: the surface's normal, sliding, walls of the protected region
 #pragma once
@@ -21,24 +21,28 @@ namespace spring {
 // the distance. Smaller overlaps are rounding error: float32 resolves a grazing ray's end to 0.01
 // cells.
 inline constexpr double kTouchVolume = 0.1, kTouchArea = 0.02;
-// If the tool already overlaps by such a rounding error, it touches if it would reach this much
-// more. So it does not sink, and it can be pulled out.
+// The tool may already overlap the material by such a rounding error. Then it touches only if it
+// would reach this much more [cells^3]. So it neither sinks in slowly nor sticks.
 inline constexpr double kMoreVolume = 0.01;
-// Shortest distance [cells] that is tried. Shorter distances count as rest. Over this distance,
-// rounding resists at most like the faces of a few cells.
+// Shortest distance [cells] that is tried. If the tool could move less, it rests. With a shorter
+// distance, rounding errors of the volume would look like a large resistance.
 inline constexpr double kMinStep = 0.01;
-// Resistance is a mean over at least this distance [cells]. Rays that graze a wall next to a
-// slightly oblique path enter all at once. Over a shorter distance the tool would stick and slip.
+// Resistance is a mean over at least this distance [cells] ahead. Rows of rays enter a tool at
+// once, many of them if it moves along a wall on a slightly oblique path. With a shorter distance
+// the tool would stick and slip. A longer one is smoother. But a tool that is pressed in then meets
+// the section at half of this distance below it: with one cell, a light hand did not dent foam.
 inline constexpr double kWindow = 0.25;
 inline constexpr int kMaxTrials = 24;
 // Limit of one tick, for a tool far behind a hand of limited strength. The tick looks ahead this
 // distance [cells] and this number of substeps of its turn. The limit is twice the hand's own
-// motion, if that is larger. This bounds the work of a tick. With a smaller one the tool follows
-// quick hands late. With a larger one a tool that a wall holds needs more than a tick.
+// motion, if that is larger. This bounds the work of a tick. With a smaller limit, the tool follows
+// quick hands late. With a larger one, a tick of a tool that a wall holds takes longer than the
+// time between ticks.
 inline constexpr double kLookDistance = 64, kLookSubsteps = 12;
 }  // namespace spring
 
-// One straight path (and turn) of the tool within a tick. The solver tries shares of it.
+// One straight path (and turn) of the tool within a tick. The solver computes the share of this
+// path that the tool moves.
 struct SpringTool::Tick {
   const Tool& tool;
   ToolMotion motion;
@@ -48,16 +52,17 @@ struct SpringTool::Tick {
   const std::vector<Material>& materials;
   double inside = 0;       // [cells^3] material inside the tool at the start
   double wall_inside = 0;  // the same for the protected region
-  bool clear = false;      // no material inside the tool at the start, in the orientation it keeps.
-  // Rest of the path, from its end to the hand, if the hand is farther than a tick looks: the
-  // displacement [mm], and its length including the turn.
+  bool clear = false;      // no material inside the tool at the start, in the orientation it keeps
+  // Rest of the path, from its end to the hand, if the hand is farther away than kLookDistance or
+  // kLookSubsteps allow: the displacement [mm], and its length including the turn.
   Vec3 rest_mm = Vec3::Zero();
   double beyond = 0;
-  bool whole = true;           // the path leads to the hand
-  bool walled = false;         // the path follows the protected region
-  Vec3 target = Vec3::Zero();  // [mm] end of the whole path
-  double reach = 0;            // [mm] of the tool
-  // Factor by which each material resists more than its u along this path. Bit i of `known`: the
+  bool whole = true;            // the path leads to the hand
+  bool walled = false;          // the path follows the protected region
+  Vec3 target = Vec3::Zero();   // [mm] end of the whole path
+  double reach = 0;             // [mm] of the tool
+  Vec3 hand_mm = Vec3::Zero();  // the hand's own motion in this tick
+  // For each material: its resistance along this path as a factor of its u. Bit i of `known`: the
   // factor of material i is computed.
   mutable uint64_t known = 0;
   mutable std::array<double, kMaxMaterials> grained{};
@@ -65,7 +70,8 @@ struct SpringTool::Tick {
   mutable bool shape_known = false;
   mutable Chip shape{};
 
-  // The same for every share of the path, so that the reached volumes can be compared.
+  // Weights of the rays. They are the same for every share of the path, so that the reached volumes
+  // can be compared.
   Vec3 weights() const { return ray_weights(motion, reach); }
 };
 

@@ -25,8 +25,9 @@ Wrench pull_of(const SeriesSpring& spring, const Vec3& stretch_mm, const Vec3& s
   return w;
 }
 
-// A travel without its components below kDrift, unless it has no others. A sole that lies on a
-// plane of nodes would otherwise take a row of cells at a time by drifts that are rounding.
+// Sets components of a travel below kDrift to zero, if another component is much larger. Such
+// drifts are rounding errors. If a flat face moves along a plane of nodes, a drift would make it
+// cut whole rows of cells.
 static Vec3 without_drift(Vec3 travel_mm, double pitch_mm) {
   constexpr double kDrift = 1e-4;  // [cells]
   if (!(travel_mm.cwiseAbs().maxCoeff() > 10 * kDrift * pitch_mm)) return travel_mm;
@@ -61,7 +62,7 @@ void SpringTool::go(const Tick& tick, double share, ToolTick& result) {
   tool_pose_ = end;
 }
 
-// Adds what was cut along `path` to the mean over the path, and advances the mean by that path.
+// Adds the volume that was cut along `path` to the sliding mean, and advances the mean by `path`.
 void SpringTool::pay(const Tick& tick, const ToolMotion& path, const Pose& end) {
   const double h = model_.lattice().pitch_mm;
   if (tick.mode != Mode::cut || path.travel_mm.dot(last_displacement_mm_) < 0) forget_cut();
@@ -101,15 +102,16 @@ void SpringTool::leave_material(const Tick& tick, ToolTick& result) {
   result.inside = !engaged_;
 }
 
-// Share of the path for a tool that is clear or deposits. `strike_nmm`: see advance().
+// Computes the share of the path for a tool that is clear of material or deposits. `strike_nmm`:
+// see advance().
 SpringTool::Balance SpringTool::solve(Tick& tick, const Pose& device, double strike_nmm) {
   const bool moves = tick.length > kMinStep * model_.lattice().pitch_mm;
-  // Where its own last cut ended, the tool is clear. Elsewhere it may overlap material.
+  // The tool is clear of material if its own last cut ended here. Otherwise it may overlap some.
   tick.clear = tick.mode != Mode::deposit && !tick.motion.turns() && engaged_ &&
                edit_.is_clear(tick.tool, tool_pose_);
   bool touches = touched_;
   if (tick.mode == Mode::deposit) {
-    tick.inside = reach_volume(tick, 0);  // the volume at the start pose costs no force
+    tick.inside = reach_volume(tick, 0);  // the volume inside at the start causes no force
   } else if (!tick.clear && (touches || resistance(tick, 1).touching)) {
     Tick rest = tick;
     rest.mode = Mode::touch;
@@ -131,7 +133,7 @@ void SpringTool::slide_on(const Tick& tick, const Pose& device, const Vec3& befo
     const Pose there = tool_pose_;
     const double share = slide(tick, device.tip - tool_pose_.tip);
     if (!(share > 0)) break;
-    // Over the whole tick, the spring must have pulled the tool in the direction it moved.
+    // Over the whole tick, the tool must have moved in the direction in which the spring pulls.
     if ((device.tip - tool_pose_.tip).dot(tool_pose_.tip - before) < 0) {
       tool_pose_ = there;
       break;
@@ -210,6 +212,7 @@ Result<ToolTick> SpringTool::advance(const Tool& tool, const Pose& device, Mode 
             mode,
             material,
             materials};
+  if (last_.known) tick.hand_mm = device.tip - last_.device.tip;
   tick.length = length_of(tick.motion);
   if (tick.motion.turns()) {
     const double reach = reach_mm(tool);

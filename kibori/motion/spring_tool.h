@@ -10,21 +10,22 @@
 // dV(d) is the volume that the tool would newly reach. yield, u and c are means of the materials
 // over that volume. The law of haptics/chip.h gives u.
 //
-// dV(d)/d is measured in two parts. The lengths of the rays grow evenly with d, but are biased for
-// thin cuts. A correction is added: the mean by which the volumes of the cuts over the last cell of
-// path (haptics/path_mean.h) exceed their lengths. The tool only moves towards the device, so the
-// spring releases energy whatever this force is. The delay of the mean therefore keeps passivity.
+// dV(d)/d is the sum of two parts. The first one is measured by lengths of rays, because they grow
+// evenly with d. But they underestimate thin cuts. So the second part is a correction: how much the
+// volumes of the cuts exceeded their lengths, as a mean over the last cell of path
+// (haptics/path_mean.h). This mean lags by about half a cell. The lag does not violate passivity:
+// the tool only moves towards the device, so the spring releases energy for any value of the force.
 //
-// Below yield nothing is cut. The tool stops where it touches and slides there against Coulomb
-// friction. With a torsional spring, displacement and turn are one motion of length L^2 = |x_d -
-// x_p|^2 + (kt/k) |theta|^2.
+// If the spring pulls with less than the yield force, nothing is cut. The tool stops where it
+// touches, and slides there against Coulomb friction. With a torsional spring, displacement and
+// turn are one motion of length L^2 = |x_d - x_p|^2 + (kt/k) |theta|^2.
 //
 // The effective stiffness never exceeds k, for any material. So stability is one inequality (see
 // haptics/safety.h).
 //
 // A hand also has a strength S: it pulls with min(S, k L). If S cannot drive the tool along its
-// whole path, the depth decreases before the path does. The tool follows sideways at the largest
-// depth that S permits.
+// whole path, the tool cuts less deep. It follows the hand sideways, at the largest depth that S
+// permits.
 //
 //   hand   ────────────────▶   wanted: 2 mm deep
 //   tool  ──╲________________   what S permits in this wood: 1.4 mm
@@ -67,8 +68,9 @@ struct SeriesSpring {
 };
 
 // Distance between a pointer and its tool at the hand's full strength. A pointer gets no force
-// feedback, so k = S / this distance for any tick. If smaller, rounding of the rays shows in the
-// force. If larger, a groove ends visibly before the pointer.
+// feedback, so stability does not limit k: it is S / this distance. With a smaller distance,
+// rounding of the rays is visible in the force. With a larger one, a groove ends visibly before the
+// pointer.
 inline constexpr double kHandGiveMm = 0.25;
 // Default strength of a hand: a carver who leans on a gouge without a mallet.
 inline constexpr double kHandStrengthN = 200;
@@ -95,9 +97,10 @@ class SpringTool {
   // than kMaxTurnSubsteps substeps; nothing has moved then. Does not allocate, lock or cause page
   // faults.
   //
-  // If the spring has a strength and the device has not moved since the last tick, nothing moves.
-  // So a pointer's carving depends only on its path, not on how long it rests. `strike_nmm`: a
-  // mallet's blow. It drives a cutting tool towards the device until it has done this work.
+  // If the spring has a strength and the device rests, only a tool that is far behind still moves,
+  // until it stops. Then nothing moves, so the carving does not depend on how long a pointer rests.
+  // `strike_nmm`: work of a mallet's blow. It drives a cutting tool towards the device until it has
+  // done this work.
   Result<ToolTick> advance(const Tool& tool, const Pose& device, Mode mode,
                            const std::vector<Material>& materials, uint8_t material = 0,
                            double strike_nmm = 0);
@@ -108,8 +111,9 @@ class SpringTool {
     spring_ = spring;
     last_.known = false;
   }
-  // For a hand without a force device: where the depth decreases, reports the resistance of the cut
-  // against the tool's path. A force device gets the spring's own pull, which is stable at rest.
+  // Use `show` for a hand without a force device: where strength limits the depth, the tick then
+  // reports the resistance of the cut. A force device gets the spring's own pull, which is stable
+  // at rest.
   void show_resistance(bool show) { show_resistance_ = show; }
   // Images of the tool make the same edits. Call check_symmetry first.
   void set_symmetry(const Symmetry& symmetry) { edit_.set_symmetry(symmetry); }
@@ -120,6 +124,8 @@ class SpringTool {
     if (no_go) Except::reserve();
     disengage();
   }
+  // See ToolEdit::set_grows.
+  void set_grows(bool grows) { edit_.set_grows(grows); }
   // Sets how the wood's grain changes the cutting force; null: the force uses each material's u
   // alone. `grain` must outlive the tool.
   void set_grain(const Grain* grain) { grain_ = grain; }
@@ -169,6 +175,7 @@ class SpringTool {
   bool passes_thin(const Tick& tick, double share);
   double same_direction(const Tick& tick) const;
   const Chip& chip_shape(const Tick& tick, double share);
+  Chip shape_of_trial(const Tick& tick, double share);
   void pay(const Tick& tick, const ToolMotion& path, const Pose& end);
   void forget_cut();
   Resistance resistance(const Tick& tick, double share, bool ahead = false);
@@ -183,6 +190,7 @@ class SpringTool {
   double length_of(const ToolMotion& motion) const;
   void look_ahead(Tick& tick, const Pose& device) const;
   bool deflect(Tick& tick, const Vec3& up, double too_hard_n);
+  double drawn_share(const Tick& tick, const Vec3& up, double force_n) const;
   Balance push(Tick& tick, const Vec3& up, bool likely_touching);
   double struck_share(const Tick& tick, double strike_nmm);
   const Vec3& contact_normal(const Tick& tick);
@@ -208,21 +216,22 @@ class SpringTool {
   // Last normal, and the pose at which it was measured.
   Vec3 normal_ = Vec3::Zero();
   Pose normal_pose_;
-  Removed removed_, trial_, walls_;
+  Removed removed_, trial_, twice_, walls_;
   // Cuts over the last cell of path.
   PathMean mean_;
   Chip chip_;
-  double excess_mm2_ = 0;  // section of the chip minus the section that the lengths of rays give
+  double excess_mm2_ = 0;  // section of the chip minus the section computed from lengths of rays
   Vec3 last_displacement_mm_ = Vec3::Zero();
   bool show_resistance_ = false;
-  // Stretch that matches the cut's resistance, if the depth decreased in this tick.
+  // If strength limited the depth in this tick: the stretch at which the spring would pull with the
+  // resistance of the cut.
   std::optional<Vec3> resisted_mm_;
-  double rise_mm_ = 0;    // height by which the depth decreased in the last tick
-  double spare_nmm_ = 0;  // unused work of the hand while the depth decreased
+  double rise_mm_ = 0;    // height by which the last tick raised the path: see deflect()
+  double spare_nmm_ = 0;  // work that the hand did not need on raised paths: see kSpareDistance
   // Last tick, for a device that requests the same again.
   struct Last {
     bool known = false;
-    // it is behind the device and still moves: the same request moves it farther
+    // the tool is behind the device and still moves: the same request moves it farther
     bool moving = false;
     Tool tool;
     Pose device;

@@ -16,18 +16,22 @@ namespace {
 // The line's direction is fixed after the hand has moved this far [mm]. Over a shorter distance the
 // hand's tremor decides.
 constexpr double kAimMm = 2;
-// Length of the string behind a leading tool [mm]. It gives the direction of the path.
+// Distance [mm] at which a point trails behind a leading tool. The direction of the path is that
+// from this point to the tool.
 constexpr double kTrailMm = 1.5;
-// Minimum number of places of an entry or exit, so that it is an arc.
+// Minimum number of poses of an entry or exit, so that it is a smooth curve.
 constexpr int kEntryPlaces = 16;
 // Speed [mm/s] of a stamp's press, and of a leading tool whose path has no length.
 constexpr double kStabMmS = 50;
 // Minimum distance between the presses of a stamp [mm], and maximum number of presses in a stroke.
 constexpr double kMinEveryMm = 0.1;
 constexpr int kMaxPresses = 10'000;
-// Lengths below this have no direction that is reliable after rounding.
+// Vectors shorter than this [mm] have no reliable direction, because of rounding.
 constexpr double kNoDistance = 1e-6;
 constexpr size_t kMaxCurvePoints = 100'000;
+// Between two positions of the hand, the path's chords leave a circle by at most this [mm].
+constexpr double kArcMm = 0.01;
+constexpr int kMaxArcPieces = 1000;
 
 double length(const Vec3& v) { return std::sqrt(v.squaredNorm()); }
 
@@ -73,8 +77,8 @@ Status check_stroke_guide(const StrokeGuideSettings& s) {
 Vec3 StrokeGuide::on_curve(const Vec3& tip) {
   const std::vector<Vec3>& points = settings_.curve_mm;
   const size_t pieces = points.size() - (settings_.closed ? 0 : 1);
-  // The tool's position on the curve decides which pieces are candidates. So the tool does not jump
-  // where the curve comes near itself. It moves only a little farther along it than the hand did.
+  // Only pieces of the curve near the tool's position are candidates: not much farther along the
+  // curve than the hand has moved. So the tool does not jump where the curve comes near itself.
   const double reach = along_mm_ < 0 ? std::numeric_limits<double>::infinity()
                                      : kAimMm + 2 * length(across(tip - at_, normal_));
   double total = 0;
@@ -104,7 +108,7 @@ Vec3 StrokeGuide::on_curve(const Vec3& tip) {
   return best_at;
 }
 
-// Guided position of the tip; none while it is unknown.
+// Guided position of the tip; none while the direction of a line or circle is unknown.
 std::optional<Vec3> StrokeGuide::guided(const Pose& hand) {
   const Vec3& tip = hand.tip;
   switch (settings_.guide) {
@@ -142,8 +146,56 @@ std::optional<Vec3> StrokeGuide::guided(const Pose& hand) {
   return tip;
 }
 
-// Direction of the path at `tip`. On a circle it is the tangent. Otherwise it points from the point
-// behind the tool to `head`.
+// The path between two guided positions, without these two. The hand's positions may be far apart.
+// A straight line between them would cut the corners of a curve, and flatten a circle. `from_mm`:
+// position of `from` along the curve. Heights change evenly.
+std::vector<Vec3> StrokeGuide::between(const Vec3& from, double from_mm, const Vec3& to) const {
+  std::vector<Vec3> places;
+  const double low = from.dot(normal_), high = to.dot(normal_);
+  const auto add = [&](const Vec3& place, double share) {
+    places.push_back(across(place, normal_) + (low + share * (high - low)) * normal_);
+  };
+  if (settings_.guide == Guide::circle) {
+    const Vec3 a = across(from - settings_.centre_mm, normal_),
+               b = across(to - settings_.centre_mm, normal_);
+    const double radius = length(a);
+    if (radius < kNoDistance) return places;
+    const double angle = std::atan2(normal_.dot(a.cross(b)), a.dot(b)),
+                 step = 2 * std::acos(std::max(0.0, 1 - kArcMm / radius));
+    const int pieces =
+        std::clamp(static_cast<int>(std::ceil(std::abs(angle) / step)), 1, kMaxArcPieces);
+    const Vec3 side = normal_.cross(a);
+    for (int i = 1; i < pieces; i++) {
+      const double share = static_cast<double>(i) / pieces;
+      const SinCos turned = sin_cos(share * angle);
+      add(settings_.centre_mm + turned.cos * a + turned.sin * side, share);
+    }
+  } else if (settings_.guide == Guide::curve && from_mm >= 0) {
+    const std::vector<Vec3>& points = settings_.curve_mm;
+    std::vector<double> along{0};
+    for (size_t i = 1; i < points.size(); i++)
+      along.push_back(along.back() + length(points[i] - points[i - 1]));
+    const double total =
+        along.back() + (settings_.closed ? length(points.front() - points.back()) : 0);
+    double way = along_mm_ - from_mm;
+    if (settings_.closed && std::abs(way) > 0.5 * total) way -= std::copysign(total, way);
+    if (std::abs(way) < kNoDistance) return places;
+    // The curve's points between the two positions, with their shares of the distance.
+    std::vector<std::pair<double, size_t>> passed;
+    for (size_t i = 0; i < points.size(); i++)
+      for (const double turn : {-1, 0, 1}) {
+        if (turn != 0 && !settings_.closed) continue;
+        const double share = (along[i] + turn * total - from_mm) / way;
+        if (share > 0 && share < 1) passed.push_back({share, i});
+      }
+    std::sort(passed.begin(), passed.end());
+    for (const auto& [share, i] : passed) add(points[i], share);
+  }
+  return places;
+}
+
+// Direction of the path at `tip`. On a circle it is the tangent. Otherwise it points from the
+// trailing point to `head`.
 Vec3 StrokeGuide::direction_at(const Vec3& tip, const Vec3& head) const {
   Vec3 drawn = head - trail_;
   if (settings_.guide != Guide::circle) return drawn;
@@ -165,6 +217,8 @@ Pose StrokeGuide::begin(const Pose& hand, double time_s) {
   if (settings_.guide != Guide::line) first.tip = guided(hand).value_or(hand.tip);
   drawn_ = hand.tip;
   at_ = trail_ = first.tip;
+  guided_ = first;
+  guided_s_ = time_s;
   if (settings_.stamp) {
     over_ = {first, time_s, 0};
     begun_ = first.tip;
@@ -185,9 +239,23 @@ void StrokeGuide::move(const Pose& hand, double time_s, const Emit& emit) {
     if (size <= settings_.steady_mm) return;
     pose.tip = drawn_ = drawn_ + string * (1 - settings_.steady_mm / size);
   }
+  const double from_mm = along_mm_;
   const std::optional<Vec3> tip = guided(pose);
   if (!tip) return;
   pose.tip = at_ = *tip;
+  const Pose from = std::exchange(guided_, pose);
+  const double from_s = std::exchange(guided_s_, time_s);
+  const std::vector<Vec3> places = between(from.tip, from_mm, pose.tip);
+  const Vec3 turn = rotation_between(from.frame, pose.frame);
+  for (size_t i = 0; i < places.size(); i++) {
+    const double share = static_cast<double>(i + 1) / static_cast<double>(places.size() + 1);
+    follow({places[i], rotation(Vec3(share * turn)) * from.frame},
+           from_s + share * (time_s - from_s), emit);
+  }
+  follow(pose, time_s, emit);
+}
+
+void StrokeGuide::follow(const Pose& pose, double time_s, const Emit& emit) {
   if (settings_.stamp)
     stamp_to(pose, time_s, emit);
   else if (settings_.lead)
@@ -212,8 +280,8 @@ void StrokeGuide::stamp_to(const Pose& pose, double time_s, const Emit& emit) {
   const Vec3 displacement = pose.tip - from.pose.tip;
   const double size = length(displacement), every = settings_.every_mm;
   over_ = {pose, time_s, from.distance_mm + size};
-  if (every == 0 || size < kNoDistance) return;  // once: see end()
-  // The pieces are so short that the tool's turn follows that of the path.
+  if (every == 0 || size < kNoDistance) return;  // every == 0: end() presses once
+  // The pieces are so short that the tool turns with the path.
   const int pieces = std::clamp(static_cast<int>(std::ceil(size / kTrailMm)), 1, 2000);
   Place last = from;
   for (int i = 1; i <= pieces; i++) {
@@ -223,7 +291,8 @@ void StrokeGuide::stamp_to(const Pose& pose, double time_s, const Emit& emit) {
     place.pose.tip = from.pose.tip + share * displacement;
     const Vec3 drawn = place.pose.tip - trail_;
     if (length(drawn) > kTrailMm) trail_ = place.pose.tip - drawn * (kTrailMm / length(drawn));
-    // Presses that waited for the direction are on the straight line from the beginning.
+    // Presses near the beginning wait until the direction is known. Then they are placed on the
+    // straight line from the beginning.
     if (settings_.lead && place.distance_mm < kTrailMm) continue;
     if (settings_.lead && !turned_) last = {{begun_, pose.frame}, from.time_s, 0};
     turned_ = true;
@@ -239,12 +308,12 @@ void StrokeGuide::stamp_to(const Pose& pose, double time_s, const Emit& emit) {
   }
 }
 
-// Emits the tool at a place whose distance to the end is at least left_mm.
+// Emits a place that is left_mm or more before the end of the path, lifted for entry and exit.
 void StrokeGuide::give(const Place& place, double left_mm, const Emit& emit) const {
   Pose pose = place.pose;
   const double entry = settings_.entry_mm;
   if (entry > 0) {
-    // A parabola that is level at the full depth.
+    // Entry and exit are parabolas that are level where they meet the path.
     const double share = 1 - std::clamp(std::min(place.distance_mm, left_mm) / entry, 0.0, 1.0);
     pose.tip += settings_.lift_mm * share * share * pose.axis();
   }
@@ -257,11 +326,11 @@ void StrokeGuide::lead_to(const Pose& pose, double time_s, const Emit& emit) {
   const Vec3 displacement = pose.tip - last.pose.tip;
   const double size = length(displacement), entry = settings_.entry_mm;
   if (size < kNoDistance) {
-    behind_.back().time_s = time_s;  // it rests there
+    behind_.back().time_s = time_s;  // the hand rests
     return;
   }
-  // The step is short, so that entry and exit are arcs even if the hand's places are far apart. The
-  // tool also turns where the path does.
+  // The step is short for two reasons. Entry and exit are then smooth curves even if the hand's
+  // positions are far apart, and the tool turns with the path.
   const double step = entry > 0 ? std::min(entry / kEntryPlaces, kTrailMm) : kTrailMm;
   const int pieces = std::clamp(static_cast<int>(std::ceil(size / step)), 1, 2000);
   for (int i = 1; i <= pieces; i++) {
@@ -281,8 +350,8 @@ void StrokeGuide::lead_to(const Pose& pose, double time_s, const Emit& emit) {
     behind_.push_back(place);
   }
   if (!turned_) return;
-  // Every place emitted here is at least `entry` from the end. The newest stays as the start of the
-  // next piece.
+  // A place that is more than `entry` behind the newest one does not belong to the exit, so it can
+  // be emitted. The newest place stays in the queue, as the start of the next piece.
   const double head = behind_.back().distance_mm;
   while (behind_.size() > 1 && head - behind_.front().distance_mm >= entry) {
     give(behind_.front(), entry, emit);
@@ -293,7 +362,8 @@ void StrokeGuide::lead_to(const Pose& pose, double time_s, const Emit& emit) {
 void StrokeGuide::end(const Emit& emit) {
   if (settings_.stamp) {
     if (next_mm_ > 0) return;
-    // A single press, or a path without length: press at the beginning, turned towards the end.
+    // A single press, or a path too short for its first press: press at the beginning, turned
+    // towards the end.
     Pose at{begun_, over_.pose.frame};
     const Vec3 displacement = over_.pose.tip - begun_;
     if (settings_.lead && length(displacement) >= kTrailMm) at.frame = led(at.frame, displacement);

@@ -7,8 +7,8 @@
 //   guide    The tip moves to the nearest place on the line, circle or curve, seen along the tool's
 //            axis. The height along the axis stays that of the hand.
 //   lead     The tool's local x axis turns to the direction of the path, as a gouge needs. The tool
-//            waits above the wood until the direction is known. It enters over `entry_mm`. It
-//            follows `entry_mm` behind the hand, and leaves over the same length at the stroke's
+//            waits above the wood until the direction is known. It enters over `entry_mm`. It stays
+//            `entry_mm` behind the hand, so that it can leave over the same length at the stroke's
 //            end.
 //   stamp    The tool is pressed in where the stroke begins, or at equal distances of the path. It
 //            moves from place to place above the wood.
@@ -87,8 +87,10 @@ class StrokeGuide {
   };
 
   std::optional<Vec3> guided(const Pose& hand);
+  std::vector<Vec3> between(const Vec3& from, double from_mm, const Vec3& to) const;
   Vec3 on_curve(const Vec3& tip);
   Vec3 direction_at(const Vec3& tip, const Vec3& head) const;
+  void follow(const Pose& pose, double time_s, const Emit& emit);
   void lead_to(const Pose& pose, double time_s, const Emit& emit);
   void stamp_to(const Pose& pose, double time_s, const Emit& emit);
   void press(const Pose& pose, double time_s, const Emit& emit);
@@ -101,10 +103,12 @@ class StrokeGuide {
   double along_mm_ = -1;           // curve: position of the tool along it
   Vec3 drawn_ = Vec3::Zero();      // end of the string at the tool
   Vec3 at_ = Vec3::Zero();         // last guided position of the tip
+  Pose guided_{};                  // last guided pose, and its time
+  double guided_s_ = 0;
   // State of a tool that leads.
-  Vec3 trail_ = Vec3::Zero();  // point drawn behind the tool: the direction is measured from it
+  Vec3 trail_ = Vec3::Zero();  // point that trails behind the tool; gives the direction
   bool turned_ = false;        // the direction is known
-  std::deque<Place> behind_;   // places whose distance to the end is still unknown
+  std::deque<Place> behind_;   // places that may belong to the exit, so they are not emitted yet
   // State of a stamp.
   Place over_{};               // current place above the wood
   Vec3 begun_ = Vec3::Zero();  // where the stroke began

@@ -52,9 +52,11 @@ Status StrokePlayer::begin(const StrokeSettings& settings) {
   reshaping_ = failed_ = false;
   played_ = nullptr;
   first_.set_symmetry(settings.symmetry);
+  first_.set_grows(settings.grows);
   first_.begin_stroke();
   if (second_) {
     second_->set_symmetry(settings.symmetry);
+    second_->set_grows(settings.grows);
     second_->begin_stroke();
   }
   return Ok{};
@@ -72,7 +74,7 @@ Status StrokePlayer::reshape(ToolTick& tick, const Pose& before, bool computes) 
   const StrokeSettings& s = settings_;
   Status done = Ok{};
   if (!std::exchange(reshaping_, true))
-    done = reshape_.begin({s.mode, s.brush, s.tool, s.force.law, s.rate_hz, s.symmetry},
+    done = reshape_.begin({s.mode, s.brush, s.tool, s.force.law, s.rate_hz, s.symmetry, s.grows},
                           settings_.materials, before);
   if (done) done = reshape_.advance(tick, computes);
   failed_ = !done;
@@ -123,8 +125,10 @@ Result<ToolTick> StrokePlayer::play_move(const MoveTick& tick, bool second) {
   const Pose before = tool_pose(second);
   Result<ToolTick> done = hand(second).play(use_of(second), tick);
   if (!done) return done;
-  // The final result of a warp does not depend on when it is computed. Only this force does.
+  // The final result of a warp does not depend on the ticks in which it is computed. Only the force
+  // of model `paper` does.
   const bool computes = tick.computes && settings_.force.law.model == ForceModel::paper;
+  done.value().pressure = tick.pressure;
   if (!second && reshapes(settings_.mode) && (ends || tick.edits)) {
     const Status reshaped =
         ends ? end_reshaping(done.value()) : reshape(done.value(), before, computes);
@@ -158,6 +162,13 @@ Result<ToolTick> StrokePlayer::play(const RecordedTick& tick) {
 
 Status StrokePlayer::finish_record() {
   return std::exchange(reshaping_, false) ? reshape_.break_off() : Status(Ok{});
+}
+
+double StrokePlayer::without_force_mm3() const {
+  const double h = model_.lattice().pitch_mm;
+  const double cells =
+      first_.without_force_cells() + (second_ ? second_->without_force_cells() : 0);
+  return h * h * h * cells;
 }
 
 }  // namespace kibori

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Plays strokes on a model: converts a hand's motion, or its record, into edits, forces and
-// records. Scenes, Python, documents and the studio all play strokes through it.
+// Makes strokes on a model: converts a hand's motion, or its record, into edits, forces and
+// records. Scenes, Python and documents use it.
 //
 //   a hand:    begin(settings) ─► move() ... ─► end()        each tick gives a RecordedTick to keep
 //   a record:  begin(settings) ─► play(tick) ... ─► finish_record()
@@ -8,10 +8,9 @@
 //        first or second hand ─► HandTool ─► ToolEdit        cut, deposit, touch
 //                                    └─────► ReshapeStroke   brushes, warps, clay, wheel, paint
 //
-// On the same model, the record of a stroke leaves the same bytes as the stroke did.
+// On the same model, a replay of the record gives the same bytes as the stroke did.
 //
-// The servo thread uses HandTool directly. It computes reshaping modes on another thread
-// (DabWorker).
+// The servo thread uses HandTool directly, and runs ReshapeStroke on another thread (DabWorker).
 #pragma once
 
 #include <memory>
@@ -59,7 +58,7 @@ class StrokePlayer {
   Status begin(const StrokeSettings& settings);
   const StrokeSettings& settings() const { return settings_; }
 
-  // Pose of a hand's tool, and pose of the hand. They differ only in model `series`.
+  // Pose of a hand's tool, and pose of the hand. They are equal except in model `series`.
   const Pose& tool_pose(bool second = false) const { return hand(second).pose(); }
   const Pose& hand_pose(bool second = false) const { return hand(second).hand(); }
 
@@ -82,8 +81,13 @@ class StrokePlayer {
   Result<std::optional<RecordedTick>> end(ToolTick& last);
   // True if an error left part of a tick in the model. The caller must restore an earlier state.
   bool failed() const { return failed_; }
-  // Clay that found no room so far [mm^3].
+  // Pressed clay that has not returned [mm^3]. After end(), it is that which found no room.
   double pending_mm3() const { return reshape_.pending_mm3(); }
+
+  // Volume that the tools of both hands removed or added without a force [mm^3]. Above 0 only in
+  // model `energy`: its force is a mean over a cell of path, so volume that was removed just before
+  // a reversal or the end causes none.
+  double without_force_mm3() const;
 
   // Plays a recorded tick. Errors: those of move(); a tick of a second hand that the settings lack.
   Result<ToolTick> play(const RecordedTick& tick);

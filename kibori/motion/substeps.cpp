@@ -35,7 +35,7 @@ double pieces_needed(const Tool& tool, const ToolMotion& motion, const Lattice& 
     double reach = 0;
     for (int corner = 0; corner < 8; corner++) {
       Vec3 p = Vec3::Zero();
-      for (int i = 0; i < 3; i++) p[i] = (corner >> i) & 1 ? lattice.nodes[i] : 0;
+      for (int i = 0; i < 3; i++) p[i] = (corner >> i) & 1 ? lattice.high()[i] : lattice.low()[i];
       reach = std::fmax(
           reach, std::sqrt((lattice.to_mm(LatticePoint{p}) - motion.start.tip).squaredNorm()));
     }

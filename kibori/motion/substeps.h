@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Splits a motion that turns into straight substeps. Each substep translates without rotation, at
-// its middle orientation. No point of the tool deviates from its true arc by more than
+// Divides a motion that turns into straight substeps. In a substep the tool keeps one orientation,
+// that of the substep's middle. No point of the tool deviates from its true arc by more than
 // kTurnTolerance.
 #pragma once
 

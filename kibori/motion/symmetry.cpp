@@ -9,11 +9,12 @@
 namespace kibori {
 namespace {
 
-// Images whose matrices differ by less are the same: for example a half turn and two mirrors.
+// Two images are equal if the norm of the difference of their matrices is at most this. For
+// example, a half turn equals two mirrors.
 constexpr double kAlike = 1e-9;
 
-// Turn about an axis by k of n parts. Quarter turns are exact, so that images of rays coincide with
-// rays.
+// Turn about an axis by k of n parts of a full turn. Quarter turns are exact, so that images of
+// rays coincide with rays.
 Mat3 part_of_turn(Axis axis, int k, int n) {
   const auto exact = [](double x) {
     const double whole = std::round(x);
@@ -38,7 +39,7 @@ Status check_symmetry(const Symmetry& symmetry) {
   return Ok{};
 }
 
-Vec3 centre_of(const Lattice& lattice) { return lattice.to_mm(lattice.whole().centre()); }
+Vec3 centre_of(const Lattice& lattice) { return lattice.to_mm(lattice.base().centre()); }
 
 SymmetryImages::SymmetryImages(const Symmetry& symmetry) : centre_mm_(symmetry.centre_mm) {
   for (int k = 0; k < symmetry.fold; k++) {
@@ -77,7 +78,7 @@ Pose image_of(const Pose& pose, const Tool& tool, const Vec3& centre_mm,
 
 ToolMotion image_of(const ToolMotion& motion, const Tool& tool, const Vec3& centre_mm,
                     const SymmetryImage& image) {
-  // Rotation vectors are axial.
+  // A rotation vector is an axial vector: a mirror also reverses it.
   return {image_of(motion.start, tool, centre_mm, image), image.turn * motion.travel_mm,
           (image.mirrors ? -1 : 1) * (image.turn * motion.turn_rad)};
 }

@@ -13,7 +13,7 @@
 
 namespace kibori {
 
-// Maximum number of parts about an axis. A tick of the servo cuts all of their images.
+// Maximum of Symmetry::fold. It is small because each tick of the servo cuts all images.
 inline constexpr int kMaxFold = 16;
 
 struct Symmetry {
@@ -30,7 +30,7 @@ struct Symmetry {
 // Returns Ok, or an error if the centre is not finite or the fold is not 1 ... kMaxFold.
 Status check_symmetry(const Symmetry& symmetry);
 
-// Centre of the lattice [mm]. There, images of rays coincide with rays.
+// Centre of the lattice's base [mm]. There, images of rays coincide with rays.
 Vec3 centre_of(const Lattice& lattice);
 
 // Map of an image: x maps to centre + turn (x - centre).

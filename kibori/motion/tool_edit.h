@@ -13,8 +13,9 @@
 
 namespace kibori {
 
-// How an edit computes its sums: about the tip at the end. If the tool turns, each element uses its
-// own displacement. `grain`: of wood with grain, or null. `chip`: see Motion::chip.
+// The Motion for an edit's sums. Moments are about the tip at the end. If the tool turns, each
+// element uses its own displacement. `grain`: of wood with grain, or null. `chip`: see
+// Motion::chip.
 Motion sums_of(const ToolMotion& motion, const Pose& end, const Lattice& lattice,
                const Grain* grain, bool chip = false);
 
@@ -22,9 +23,9 @@ Motion sums_of(const ToolMotion& motion, const Pose& end, const Lattice& lattice
 // point at half the tool's reach.
 double path_cells(const Tool& tool, const TickMotion& tick, double pitch_mm);
 
-// Weights of the three fields where lengths of rays stand for volumes (Motion::along). They are the
-// squared direction cosines of the motion, so that the reached length grows evenly. They are equal
-// if the motion is mostly a turn.
+// Weights of the three fields if lengths of rays are summed instead of volumes (Motion::along).
+// They are the squared direction cosines of the motion, so that the reached length grows evenly. If
+// the motion is mostly a turn, all three are equal.
 Vec3 ray_weights(const ToolMotion& motion, double reach_mm);
 
 class ToolEdit {
@@ -41,6 +42,9 @@ class ToolEdit {
   }
   const NoGo* no_go() const { return no_go_; }
 
+  // Sets whether a deposit that needs room grows the model's lattice. Else the border cuts it off.
+  void set_grows(bool grows) { grows_ = grows; }
+
   // Sets how the wood's grain changes the cutting force; null: the force uses each material's u
   // alone. It must outlive every run().
   void set_grain(const Grain* grain) { grain_ = grain; }
@@ -49,6 +53,9 @@ class ToolEdit {
   // Sets whether edits also sum the quantities for the chip's shape (Motion::chip).
   void set_chip(bool chip) { chip_ = chip; }
   bool chip() const { return chip_; }
+
+  // Grows the lattice for a deposit along `motion`, if it may grow. run() does so, too.
+  void make_room(const Tool& tool, const ToolMotion& motion, int substeps);
 
   // Sweeps the tool along `motion` to `end` in `substeps` substeps (see substeps_of). Cuts, or
   // deposits `material` if `deposits` is set. Adds the result to `removed`; images() returns what
@@ -65,8 +72,8 @@ class ToolEdit {
     return clear_generation_ == model_.generation() && tool == clear_tool_ &&
            pose.tip == clear_pose_.tip && pose.frame == clear_pose_.frame;
   }
-  // Clears this knowledge. A stroke calls it at its beginning, so that it does not depend on
-  // earlier edits.
+  // After this call, is_clear() returns false until the next cut. A stroke calls it at its
+  // beginning, so that its result does not depend on earlier edits.
   void forget() { clear_generation_ = kNever; }
 
  private:
@@ -77,7 +84,7 @@ class ToolEdit {
   TriDexel& model_;
   const NoGo* no_go_ = nullptr;
   const Grain* grain_ = nullptr;
-  bool chip_ = false;
+  bool chip_ = false, grows_ = false;
   SymmetryImages symmetry_;
   Removed images_;
   uint64_t clear_generation_ = kNever;

@@ -17,7 +17,7 @@ struct ToolTick {
   Pose pose;  // of the tool, at the end
   // [N, N mm about the tip] DirectTool: on the tool. SpringTool: on the hand.
   Wrench wrench;
-  Vec3 stretch_mm = Vec3::Zero();  // SpringTool: of the spring that makes the wrench (see pull_of)
+  Vec3 stretch_mm = Vec3::Zero();  // SpringTool: stretch that results in the wrench (see pull_of)
   double removed_mm3 = 0;          // negative: deposited
   // Lattice nodes that were removed or added: K of force model `paper`.
   int64_t points = 0;
@@ -27,6 +27,7 @@ struct ToolTick {
   // SpringTool: the tool is inside material and waits to be pulled out.
   bool inside = false;
   bool clipped = false;  // a deposit reached beyond the lattice
+  double pressure = 1;   // of a pen, 0 to 1: input of ReshapeStroke
 };
 
 // Tick in which the tool only moves, and ends exactly at `tip_mm`.

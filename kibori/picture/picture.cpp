@@ -22,26 +22,26 @@ using Rgb3 = Eigen::Array3d;  // linear light
 
 constexpr double kPi = std::numbers::pi;
 constexpr double kHalfAngle = 13 * kPi / 180;  // half of the view angle, across the shorter side
-constexpr double kLightRadius = 0.16;          // of the light's disc, at distance 1
+constexpr double kLightRadius = 0.16;          // of the lamp's disc, at distance 1
 constexpr double kSmoothCosine =
-    0.9;                  // vertex normals farther from the face than this belong to another face
-constexpr int kRows = 8;  // per piece of work
-// The sky's light from the horizon and from straight above, and the ground's.
+    0.9;                  // normals with a smaller cosine between them belong to different faces
+constexpr int kRows = 8;  // rows per piece of work
+// The sky's light is kSky * (kHorizon + kAbove * z of its direction). kGround is the ground's.
 const Rgb3 kSky(0.62, 0.64, 0.68);
 constexpr double kGround = 0.34, kHorizon = 0.75, kAbove = 0.45;
-constexpr double kMaxShadow = 3;   // shadows on the ground fade with distance, and end here [sizes]
-constexpr double kBlocked = 0.22;  // light from the object itself, as a share of its colour
+constexpr double kMaxShadow = 3;   // shadows on the ground fade out, and end here [diagonals]
+constexpr double kBlocked = 0.22;  // light that the object reflects onto itself
 
-// Smoothing of the light: a pixel within one face needs a few paths only. Its light is a mean over
-// pixels nearby on the same face. There are three passes over a square of 5 x 5 pixels. The
-// distance between these pixels is 1, 2 and 4.
+// Smoothing of the light. A pixel within one face needs only a few paths, because its light is a
+// mean over nearby pixels of the same face. Each of three passes computes the mean over 5 x 5
+// pixels. These are 1, 2 and 4 pixels apart.
 constexpr int kPasses = 3;
 constexpr int kMargin = 2 * (1 + 2 + 4) + 1;
-constexpr int kReach = 2 * 4;       // of one pass
+constexpr int kReach = 2 * 4;       // of the last pass [pixels]
 constexpr int kBandRows = 256;      // rows that are smoothed at once; bounds the memory
 constexpr float kSameFace = 0.97f;  // cosine between the normals of a face's pixels
-constexpr int kColumns = 128;       // that are smoothed at once; bounds the stack
-constexpr float kSharpness = 8;     // exponent of the filter's bell
+constexpr int kColumns = 128;       // columns that are smoothed at once; bounds the stack
+constexpr float kSharpness = 8;     // see bell()
 constexpr float kFlat = 0.1f;       // maximum slope between a face's pixels
 
 double linear(double srgb) {
@@ -84,8 +84,8 @@ uint32_t reversed(uint32_t x) {
   x = (x & 0xccccccccu) >> 2 | (x & 0x33333333u) << 2;
   return (x & 0xaaaaaaaau) >> 1 | (x & 0x55555555u) << 1;
 }
-// Permutes numbers so that numbers with the same last bits keep the same last bits (Laine and
-// Karras, "Stratified sampling for stochastic transparency", 2011).
+// A permutation of the numbers. If two numbers have the same last n bits, so have their images, for
+// each n (Laine and Karras, "Stratified sampling for stochastic transparency", 2011).
 uint32_t permuted(uint32_t x, uint32_t seed) {
   x += seed;
   x ^= x * 0x6c50b47cu;
@@ -102,11 +102,11 @@ uint32_t spread(uint32_t x) {
   return (x | x << 1) & 0x55555555u;
 }
 
-// Points in the unit square for the paths of a pixel. All pixels share one sequence of Sobol,
+// Points in the unit square for the paths of a pixel. All pixels share one Sobol sequence,
 // scrambled for each purpose (Burley, "Practical hash-based Owen scrambling", 2020). Pixels take
 // their points in Z-order (Ahmed and Wonka, "Screen-space blue-noise diffusion", 2020). Therefore,
-// the points of a square of pixels are as even as those of one pixel. Few points per pixel suffice
-// where neighbours are averaged.
+// the points of a square of pixels are as evenly spread as those of one pixel. So a few points per
+// pixel suffice where neighbours are averaged.
 class Sampler {
  public:
   Sampler(int x, int y)
@@ -162,8 +162,8 @@ class Scene {
     device_ = rtcNewDevice(nullptr);
     scene_ = rtcNewScene(device_);
     const RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
-    // Embree reads 16 bytes at each vertex. The stride covers this except at the last vertex, so
-    // copies are padded.
+    // Embree reads 16 bytes at each vertex, but the stride is 12. rtcSetNewGeometryBuffer pads the
+    // buffer, so the read at the last vertex stays inside it.
     auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
         geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, surface.vertices.size()));
     auto* triangles = static_cast<uint32_t*>(rtcSetNewGeometryBuffer(
@@ -232,7 +232,7 @@ class Scene {
   bool good_ = false;
 };
 
-// What smoothing reads of consecutive pixels, see Painter::Band.
+// The inputs of smoothing for consecutive pixels, see Painter::Band.
 struct Lists {
   const float *group, *x, *y, *z, *nx, *ny, *nz, *lamp, *blocked;
 };
@@ -263,7 +263,7 @@ void add_neighbours(const Lists& here, const Lists& there, float tap, Sums& __re
     const int same = (off * off <= kFlat * kFlat * (dx * dx + dy * dy + dz * dz)) &
                      (cosine >= kSameFace) & (a.group[i] == b.group[i]);
     const float weight = tap * static_cast<float>(same);
-    // Lights that differ by more than the noise are the border of a shadow.
+    // If the lights of two pixels differ by more than the noise, a shadow's border is between them.
     const float lamp_step = b.lamp[i] - a.lamp[i], sky_step = b.blocked[i] - a.blocked[i];
     const float by_lamp = weight * bell(lamp_step * lamp_step * sums.lamp_rate[i]),
                 by_sky = weight * bell(sky_step * sky_step * sums.sky_rate[i]);
@@ -284,13 +284,13 @@ class Painter {
     size_ = box_.size().norm();
     place_camera();
     const Vec3 side = right_, up = Vec3::UnitZ();
-    // From the left, above, a little from the camera's side.
+    // The lamp is on the left, above the object, and a little towards the camera.
     light_ = Frame((-0.75 * side - 0.55 * forward_flat() + 1.15 * up).normalized());
     for (const std::array<uint8_t, 3>& color : colors) linear_colors_.push_back(linear(color));
     log_ = log_of(options.plank.value_or(box_), options.log);
   }
 
-  // What light from the lamp and the sky makes of a point. The colour is
+  // Factors that convert the light that a point receives (Seen) into its colour, which is
   // lamp * by_lamp + (1 - blocked) * by_sky + blocked * by_object + mirrored * by_mirror + rest.
   struct Shade {
     Rgb3 by_lamp = Rgb3::Zero(), by_sky = Rgb3::Zero(), by_object = Rgb3::Zero();
@@ -304,14 +304,15 @@ class Painter {
       rest += other.rest;
     }
   };
-  // What a point sees along its rays.
+  // The light at a point, measured by its rays.
   struct Seen {
-    float lamp = 0;      // share of the lamp
+    float lamp = 0;      // visible share of the lamp
     float blocked = 0;   // share of the sky that the object blocks
-    float mirrored = 0;  // brightness of what the varnish reflects
+    float mirrored = 0;  // brightness in the direction that the varnish reflects
   };
   enum class Kind : uint8_t { white, ground, object, edge };
-  // Pixels of a band of rows. Smoothing reads lists of floats, so that the compiler can use vectors.
+  // Pixels of a band of rows. Smoothing reads lists of floats, so that the compiler can use vector
+  // instructions.
   struct Band {
     Band(int width_, int rows_)
         : width(width_), rows(rows_), kinds(count()), missed(count()), shades(count()) {
@@ -319,7 +320,8 @@ class Painter {
                                        &mirrored, &next_lamp, &next_blocked})
         list->resize(count());
     }
-    // A row is a whole number of kColumns, between columns that no pixel is smoothed with.
+    // The number of columns is rounded up to a multiple of kColumns. On both sides, a row has
+    // kReach more columns, which belong to no face.
     size_t stride() const {
       return static_cast<size_t>((width + kColumns - 1) / kColumns * kColumns + 2 * kReach);
     }
@@ -338,8 +340,8 @@ class Painter {
     std::vector<uint8_t> missed;       // edges that trace() did not find
     std::vector<Shade> shades;         // means; of an edge, by_lamp is its colour
     std::vector<float> group;          // the kind if the light is smoothed, else 0
-    std::vector<float> x, y, z;        // a point of the pixel
-    std::vector<float> nx, ny, nz;     // its normal; zero if it is not smoothed
+    std::vector<float> x, y, z;        // the point that the pixel shows
+    std::vector<float> nx, ny, nz;     // normal there; zero if the pixel is not smoothed
     std::vector<float> lamp, blocked;  // means, see Seen
     std::vector<float> mirrored;
     std::vector<float> next_lamp, next_blocked;  // of the next pass
@@ -350,8 +352,8 @@ class Painter {
     for (int x = 0; x < band.width; x++) trace(band, band.index(x, row), x, y);
   }
 
-  // Finds the pixels of a row that have a neighbour of another face. Their few paths may have missed
-  // it. trace_missed traces them as edges.
+  // Finds the pixels of a row next to a pixel of another face. They may show both faces, but their
+  // few paths may have missed one. trace_missed traces them as edges.
   void find_missed(Band& band, int row) const {
     for (int x = 0; x < band.width; x++) {
       const size_t here = band.index(x, row);
@@ -400,7 +402,7 @@ class Painter {
     return flat.norm() > 1e-6 ? Vec3(flat.normalized()) : up_;
   }
 
-  // Moves the camera as near as the frame allows, along the view direction.
+  // Places the camera as near as possible, so that the frame still contains the object.
   void place_camera() {
     forward_ = options_.view.normalized();
     const Vec3 upward = std::abs(forward_.z()) > 0.999 ? Vec3::UnitY() : Vec3::UnitZ();
@@ -410,8 +412,9 @@ class Painter {
     scale_ = 2 * std::tan(kHalfAngle) / shorter;
     const double half_x = 0.9 * scale_ * options_.width / 2,
                  half_y = 0.9 * scale_ * options_.height / 2;
-    // All vertices must be in the frame. Each side of the frame is a plane through the eye. The eye
-    // is where the planes of both pairs meet, at the distance of the farther pair.
+    // All vertices must be in the frame. Each side of the frame is a plane through the eye. The
+    // left and right planes that touch the object meet at one distance, the upper and lower ones at
+    // another. The eye is at the larger distance.
     double max[4];
     std::fill_n(max, 4, -std::numeric_limits<double>::infinity());
     for (const SurfaceTriangle& t : surface_.triangles)
@@ -428,7 +431,7 @@ class Painter {
     eye_ = (max[0] - max[1]) / 2 * right_ + (max[2] - max[3]) / 2 * up_ + back * forward_;
   }
 
-  // a soft shoulder: white stays white, and highlights do not clip
+  // Compresses bright light smoothly, so that highlights are not cut off. White stays white.
   static Rgb3 shown(const Rgb3& light) {
     return light.min(4.0) / (1 + 0.12 * (light.min(4.0) - 1).max(0.0));
   }
@@ -444,7 +447,7 @@ class Painter {
     const size_t here = band.index(x, y);
     const float* group = &band.group[here];
     if (std::all_of(group, group + kColumns, [](float g) { return g == 0; })) return;
-    // The noise of paths that see the lamp or do not.
+    // Noise (variance) of the mean over paths. Each path sees the lamp or does not.
     const float noise = 0.5f / static_cast<float>(paths_ * distance),
                 per_path = 1 / static_cast<float>(paths_);
     const auto rate = [&](float seen) {
@@ -470,7 +473,7 @@ class Painter {
     }
   }
 
-  // A point that a path sees first.
+  // The first point that a path hits.
   struct Point {
     Kind kind = Kind::white;
     Shade shade;
@@ -543,7 +546,8 @@ class Painter {
     return hit ? object(*hit, direction) : ground(direction);
   }
 
-  // Adds what a point sees along its rays to the lamp, the sky and the mirrored direction.
+  // Traces one ray each from a point to the lamp, to the sky and in the mirrored direction. Adds
+  // the results to `seen`.
   void look(const Point& point, const Sampler& sampler, int i, int count, Seen& seen) const {
     if (point.kind == Kind::white) return;
     const double near = 1e-5 * size_;
@@ -557,7 +561,7 @@ class Painter {
                                                                                           : 0.06f;
   }
 
-  // White, except for shadows, which fade with distance.
+  // The ground is white, except for shadows, which fade with distance.
   Point ground(const Vec3& direction) const {
     const double height = box_.min.z() - 1e-4 * size_;
     const bool below = eye_.z() <= height;
@@ -592,7 +596,7 @@ class Painter {
       const Vec3 n(static_cast<double>(v.normal[0]), static_cast<double>(v.normal[1]),
                    static_cast<double>(v.normal[2]));
       normal += weights[k] * (n.dot(face) > kSmoothCosine ? n : face);
-      if (v.paint) {
+      if (is_painted(v.paint)) {
         base +=
             weights[k] * linear({static_cast<uint8_t>(v.paint), static_cast<uint8_t>(v.paint >> 8),
                                  static_cast<uint8_t>(v.paint >> 16)});
@@ -619,10 +623,10 @@ class Painter {
     seen.kind = Kind::object;
     seen.point = point;
     seen.normal = normal;
-    // Starts above the surface, because float32 would hit the surface again.
+    // Rays start above the surface. Otherwise they could hit it again, because of rounding.
     seen.start = point + face * (face.dot(direction) < 0 ? 2e-5 : -2e-5) * size_;
     seen.mirrored = direction - 2 * direction.dot(normal) * normal;
-    // A thin varnish: its reflection of the light and the sky.
+    // Reflections of the lamp and the sky in a thin varnish.
     const Vec3 half = (light_.n - direction).normalized();
     const double shine = power<38>(std::max(0.0, half.dot(normal))) * 0.22 * gloss;
     const double fresnel = 0.04 + 0.5 * power<5>(1 - std::min(1.0, -direction.dot(normal)));
@@ -667,7 +671,7 @@ class Painter {
   std::vector<Rgb3> linear_colors_;
   Log log_;
   const std::array<Rgb3, kSkies> sky_ = skies();
-  // Paths of a pixel within one face: a power of two.
+  // Number of paths of a pixel within one face: a power of two.
   const int paths_ = static_cast<int>(std::bit_floor(
       static_cast<uint32_t>(std::min(options_.samples, std::max(4, options_.samples / 12)))));
 };

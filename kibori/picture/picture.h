@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Ray-traced pictures for papers: a large soft light, light from the whole sky, a ground, a white
-// background. Wood is a solid texture, so its rings show where it was cut.
+// Ray-traced pictures for papers: a large soft lamp, light from the whole sky, a ground, a white
+// background. Wood is a solid texture, so cuts show its rings correctly.
 #pragma once
 
 #include <array>
@@ -30,8 +30,8 @@ std::optional<Vec3> view_named(const std::string& name);
 
 enum class Look { wood, plain };
 
-// The contrast of a material's rings, from its name: from 0 (none: stone, wax, clay, foam) to 1
-// (oak, pine). The studio's page receives it too.
+// The contrast of a material's rings, by its name: from 0 (none: stone, wax, clay, foam) to 1 (oak,
+// pine). The server sends it to the studio's page, too.
 double ring_contrast(std::string_view material);
 
 // Settings of a picture.
@@ -44,7 +44,7 @@ struct PictureOptions {
   LogCut log;  // how the plank was cut from its log
   // Contrast of the rings by material number (ring_contrast()). Materials beyond the list have 1.
   std::vector<double> contrasts;
-  // Paths per pixel at edges. Within a face, a twelfth of them suffices, because light is smoothed.
+  // Paths per pixel at edges. Within a face, about a twelfth is traced, because light is smoothed.
   int samples = 48;
   int threads = 1;  // the picture does not depend on it
   std::function<void(double)> progress;

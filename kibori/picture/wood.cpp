@@ -13,7 +13,7 @@ namespace kibori {
 double ring_contrast(std::string_view material) {
   std::string name(material);
   for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  // By a part of the name. The first match counts ("limestone" is a stone).
+  // The first entry whose text is a part of the name counts ("limestone" is a stone).
   static constexpr std::pair<std::string_view, double> kContrasts[] = {
       {"stone", 0},   {"wax", 0},     {"clay", 0},        {"foam", 0},     {"plaster", 0},
       {"acrylic", 0}, {"mdf", 0},     {"enamel", 0},      {"dentin", 0},   {"pulp", 0},

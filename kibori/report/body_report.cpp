@@ -18,7 +18,7 @@ namespace {
 
 nlohmann::ordered_json list(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
 
-// Number of points on its surface from which distances are measured.
+// Number of points on a body's surface from which distances are measured.
 constexpr int64_t kRemainsSamples = 100000;
 
 Result<std::optional<Remains>> remains_of(const Body& body, const Surface& surface,

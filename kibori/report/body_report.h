@@ -14,11 +14,11 @@
 
 namespace kibori {
 
-// The material that a carver must still remove to reach a protected shape. It is the part of a body
-// outside all protected bodies, and the distance of its surface from them.
+// The material that a carver must still remove to reach a protected shape: the part of a body
+// outside all protected bodies.
 struct Remains {
   double volume_mm3 = 0;
-  Distance distance;
+  Distance distance;  // from the body's surface to the protected bodies
 };
 
 // The properties of one body.
@@ -30,7 +30,7 @@ struct BodyReport {
   MeshInfo mesh;                   // of its surface, in the body's own coordinates
   std::optional<Remains> remains;  // nullopt if no body is protected
 };
-// Reports on `some` of the bodies in `all`. Densities are found by the names of the materials.
+// Reports on `some` of the bodies in `all`. `materials` has the densities, by material number.
 // Errors: see no_go_of and distance_from_to.
 Result<std::vector<BodyReport>> report_bodies(const std::vector<Body>& some, const BodyList& all,
                                               const std::vector<Material>& materials, int threads);

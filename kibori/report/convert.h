@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Converts a mesh into dexels and back. This closes holes and unites overlaps, and results in a
+// Converts a mesh into dexels and back. This closes holes and unites overlaps. The result is a
 // closed two-manifold.
 #pragma once
 
@@ -20,9 +20,9 @@ namespace kibori {
 
 struct ConvertOptions {
   std::optional<double> pitch_mm;                   // default: the longest side divided by 256
-  double tolerance_mm = 0;                          // of the simplification; 0: none
+  double tolerance_mm = 0;                          // of the simplification; 0: not simplified
   int threads = 1;                                  // does not change the result
-  bool force = false;                               // accept a mesh whose rays mostly disagree
+  bool force = false;                               // accept a mesh even if most rays are open
   std::optional<ReliefSize> relief;                 // set if `in` is a picture
   std::function<void(const std::string&)> warning;  // one sentence per call
 };
@@ -34,8 +34,8 @@ struct Converted {
   std::unique_ptr<TriDexel> model;
 };
 
-// Reads a mesh or a relief into dexels, in place and in mm. Errors: those of reading, or a mesh
-// that is not a solid at this pitch.
+// Converts a mesh, a relief or a document's head into dexels. The model has the coordinates of the
+// file, in mm. Errors: those of reading, or a mesh that is not a solid at this pitch.
 Result<Converted> into_dexels(const std::filesystem::path& in, const ConvertOptions& options);
 
 // Writes the surface of a model, simplified by tolerance_mm if that is not 0 (see simplify.h).

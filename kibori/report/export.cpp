@@ -23,8 +23,9 @@ std::string layer_name(size_t number, const char* ending) {
 }
 
 Status write_svg(const std::filesystem::path& path, const Lattice& lattice, const Layer& layer) {
-  const double width = lattice.nodes.x() * lattice.pitch_mm,
-               height = lattice.nodes.y() * lattice.pitch_mm;
+  const Box box = lattice.to_mm(lattice.whole());
+  const Index3 nodes = lattice.high() - lattice.low();
+  const double width = nodes.x() * lattice.pitch_mm, height = nodes.y() * lattice.pitch_mm;
   NewFile file(path);
   char text[400];
   const auto put = [&](int length) { file.write(text, static_cast<size_t>(length)); };
@@ -34,13 +35,12 @@ Status write_svg(const std::filesystem::path& path, const Lattice& lattice, cons
                     "%.6g\">\n<desc>Kibori layer at z = %.6g mm; lower left corner at x = %.6g, y "
                     "= %.6g mm</desc>\n"
                     "<path fill=\"black\" fill-rule=\"evenodd\" d=\"",
-                    width, height, width, height, layer.z_mm, lattice.origin_mm.x(),
-                    lattice.origin_mm.y()));
+                    width, height, width, height, layer.z_mm, box.min.x(), box.min.y()));
   for (const auto& outline : layer.outlines) {
     char move = 'M';
     for (const auto& p : outline) {
-      put(std::snprintf(text, sizeof text, "%c%.9g %.9g", move, p[0] - lattice.origin_mm.x(),
-                        lattice.origin_mm.y() + height - p[1]));
+      put(std::snprintf(text, sizeof text, "%c%.9g %.9g", move, p[0] - box.min.x(),
+                        box.min.y() + height - p[1]));
       move = 'L';
     }
     file.write("Z\n");
@@ -69,6 +69,7 @@ Result<int> write_layers(const std::filesystem::path& folder, const Snapshot& mo
   std::filesystem::create_directories(folder, error);
   if (error || !std::filesystem::is_directory(folder))
     return Error{folder.string() + ": the folder cannot be created: " + error.message()};
+  const Index3 nodes = model.lattice.high() - model.lattice.low();
   std::mutex guard;
   size_t done = 0;
   Status wrong = Ok{};
@@ -77,8 +78,7 @@ Result<int> write_layers(const std::filesystem::path& folder, const Snapshot& mo
     const std::string name = layer_name(i + 1, svg ? "svg" : "png");
     const Status written =
         svg ? write_svg(folder / name, model.lattice, slice_layer(model, layers[i]))
-            : write_png_grey8(folder / name, model.lattice.nodes.x(), model.lattice.nodes.y(),
-                              mask_layer(model, layers[i]));
+            : write_png_grey8(folder / name, nodes.x(), nodes.y(), mask_layer(model, layers[i]));
     const std::lock_guard lock(guard);
     if (!written && wrong) wrong = written;
     if (options.progress)

@@ -12,6 +12,9 @@
 namespace kibori {
 namespace {
 
+// A volume below this share of the removed volume is rounding error.
+constexpr double kNegligible = 1e-9;
+
 // Number of characters of a UTF-8 text: all bytes except continuation bytes.
 int64_t letters(const std::string& text) {
   return std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xc0) != 0x80; });
@@ -66,11 +69,12 @@ struct Panel {
   std::vector<Series> series;
 };
 
-// Same values as web/src/forces/robust.ts. The scale fits kShare of the ticks with any force, and
-// has some room above. A maximum that is not much higher is shown completely.
+// Same values as web/src/forces/robust.ts. The scale ends at kRoom times the value below which the
+// share kShare of the nonzero values lies. If the maximum is at most kWorth times that, it is the
+// end.
 constexpr double kShare = 0.99, kRoom = 1.15, kWorth = 1.5;
 
-// The end of a scale that shows these values and is not dominated by a few spikes.
+// Computes the end of a scale for these values, so that a few spikes do not dominate it.
 double reach(std::vector<double>& sizes) {
   if (sizes.empty()) return 0;
   const double largest = *std::max_element(sizes.begin(), sizes.end());
@@ -170,15 +174,15 @@ class Plot {
     return std::move(svg_) + "</svg>\n";
   }
 
-  // Labels over the first panel. Labels that would overlap are moved to the right first, then back
-  // from the edge.
+  // Draws labels over the first panel. Labels that would overlap are first moved to the right. Then
+  // labels beyond the right edge are moved back.
   void marks(double y) {
     marks_ = contact_marks(carving_);
     struct Label {
       double x, half;  // middle, half the width
     };
     std::vector<Label> labels;
-    double free = -1e9;  // the end of the label before
+    double free = -1e9;  // right end of the previous label
     for (const Mark& mark : marks_) {
       const double half =
           std::max(10.5, kLetterWidth / 2 * static_cast<double>(letters(mark.label)) + 2);
@@ -235,7 +239,8 @@ class Plot {
                 "\" stroke-width=\"" + number_text(s.width, 0.1) +
                 "\" stroke-linejoin=\"round\"/>\n");
   }
-  // Values beyond the scale: a triangle at the edge of the panel, with the largest value near it.
+  // Marks values beyond the scale by triangles at the edge of the panel. A triangle stands for all
+  // spikes within kApart. The largest value is written next to it, if there is room.
   void spikes(const Series& s, double low, double high, double top, double bottom,
               const char* unit) {
     constexpr double kApart = 8, kNumber = 56;  // distances of spikes, and of their numbers [px]
@@ -251,7 +256,7 @@ class Plot {
       else if (std::abs(value) > std::abs(found.back().value))
         found.back() = {x, value};
     }
-    double free = kLeft;  // the end of the number before
+    double free = kLeft;  // right end of the previous number
     for (const Spike& spike : found) {
       const bool up = spike.value > 0;
       append(svg_,
@@ -288,7 +293,8 @@ bool two_hands(const Carving& carving) {
 }  // namespace
 
 std::vector<Mark> contact_marks(const Carving& carving) {
-  // Only places whose label is one letter, as in the paper. A prime after a word has no meaning.
+  // Adds contacts only between places whose labels are one letter, as in the paper. A prime after a
+  // word would have no meaning.
   const auto is_letter = [](const Mark& mark) { return letters(mark.label) == 1; };
   std::vector<Mark> marks = carving.marks, result;
   for (size_t i = 0; i < marks.size(); i++) {
@@ -342,18 +348,16 @@ std::string model_title(const ForceLaw& law) {
 const char* model_note(ForceModel model) {
   switch (model) {
     case ForceModel::series:
-      return "Series: what a hand feels that pushes the tool by a spring, F = k (hand − tool); it "
-             "grows "
+      return "Series: a spring pulls the tool to the hand, F = k (hand − tool). The force grows "
              "until "
              "the wood gives way, and stays while the hand rests.";
     case ForceModel::energy:
-      return "Energy: what the cut costs, F = u × volume removed / way, against the motion; the "
-             "same for any "
-             "grid, rate and speed, and nothing at rest.";
+      return "Energy: the force of the cut by the material's law and the removed volume, against "
+             "the "
+             "motion. It does not depend on the lattice or the rate, and it is zero at rest.";
     case ForceModel::paper:
-      return "Paper: what vanishes, F = kf × grid points within a tick, against the motion; more "
-             "at speed, "
-             "uneven where they are few, and nothing at rest.";
+      return "Paper: F = kf × lattice points removed in a tick, against the motion. It grows with "
+             "the speed, is uneven where the points are few, and is zero at rest.";
   }
   return "";
 }
@@ -420,6 +424,8 @@ std::string summary_json(const CarveSummary& s) {
                    {"rays", s.stock.rays},
                    {"spans", s.stock.spans},
                    {"bytes", s.stock.bytes}};
+  if (s.without_force_mm3 > kNegligible * s.removed_mm3)
+    json["without_force_mm3"] = s.without_force_mm3;
   if (s.fallen_mm3 != 0) json["fallen_mm3"] = s.fallen_mm3;
   if (s.bodies > 1) json["bodies"] = s.bodies;
   return json.dump(2) + "\n";
@@ -431,6 +437,9 @@ std::string summary_text(const CarveSummary& s) {
   append(text, "removed      %.6g mm3 (%lld points)\n", s.removed_mm3,
          static_cast<long long>(s.points_removed));
   if (s.deposited_mm3 != 0) append(text, "deposited    %.6g mm3\n", s.deposited_mm3);
+  if (s.without_force_mm3 > kNegligible * s.removed_mm3)
+    append(text, "no force     from %.4g mm3, in the last cell before a stroke ended or reversed\n",
+           s.without_force_mm3);
   if (s.fallen_mm3 != 0) append(text, "fallen       %.6g mm3\n", s.fallen_mm3);
   append(text, "left         %.6g mm3", s.volume_mm3);
   if (s.bodies > 1) append(text, " in %zu bodies", s.bodies);

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <kibori/report/history.h>
 
+#include <algorithm>
 #include <cstdio>
+#include <optional>
 
 #include <kibori/base/file.h>
 #include <kibori/base/json.h>
@@ -21,6 +23,27 @@ std::string what_was_done(const Document& document, StepId step) {
   return text;
 }
 
+// The lines of a program that moved the tool of a milled step.
+struct ProgramLines {
+  std::string program;
+  int first = 0, last = 0;  // smallest and largest; 0: none is known
+};
+std::optional<ProgramLines> program_lines(const Document& document, StepId step) {
+  const Result<StrokeSettings> settings = document.settings(step);
+  if (!settings || settings.value().program.empty()) return std::nullopt;
+  ProgramLines lines{settings.value().program};
+  // If the step is damaged, the ticks before the damage count. `kibori verify` reports the damage.
+  static_cast<void>(document.for_ticks(step, [&](const std::vector<RecordedTick>& ticks) -> Status {
+    for (const RecordedTick& tick : ticks) {
+      if (tick.line == 0) continue;
+      lines.first = lines.first == 0 ? tick.line : std::min(lines.first, tick.line);
+      lines.last = std::max(lines.last, tick.line);
+    }
+    return Ok{};
+  }));
+  return lines;
+}
+
 }  // namespace
 
 std::string history_text(const Document& document) {
@@ -34,6 +57,8 @@ std::string history_text(const Document& document) {
     text += line + sanitize_message(step.stock    ? "the stock"
                                     : step.action ? what_was_done(document, id)
                                                   : step.label);
+    if (const auto lines = program_lines(document, id); lines && lines->last > 0)
+      text += ", lines " + std::to_string(lines->first) + " to " + std::to_string(lines->last);
     for (const auto& [name, at] : document.versions())
       if (at == id) text += "  [" + sanitize_message(name) + "]";
     if (!step.finished) text += "  (not finished)";
@@ -57,6 +82,10 @@ std::string history_json(const Document& document) {
                                             : "stroke"},
                      {"finished", step.finished},
                      {"state_hash", hash}});
+    if (const auto lines = program_lines(document, id)) {
+      steps.back()["program"] = lines->program;
+      if (lines->last > 0) steps.back()["lines"] = {lines->first, lines->last};
+    }
     if (!step.action) continue;
     if (const Result<BodyAction> action = document.action(id))
       steps.back()["action"] = parse_json(action_to_json(action.value()));

@@ -26,8 +26,8 @@
 namespace kibori {
 namespace {
 
-// A mesh shorter than the width of the studio's first tool is implausible. A mesh longer than a
-// workbench is implausible too.
+// Plausible lengths of a mesh. A smaller mesh is shorter than the width of the studio's first tool.
+// A larger one is longer than a workbench.
 constexpr double kMinMeantMm = 10, kMaxMeantMm = 1000;
 constexpr size_t kPreviewTriangles = 30000;
 constexpr int kPreviewPixels = 160;
@@ -35,7 +35,7 @@ constexpr double kPreviewNodes = 96;  // along a volume's longest side
 // A search for holes in this number of triangles takes about a second and 300 MB.
 constexpr size_t kMaxLookedAt = 2000000;
 
-// Minimum share of the footprint that must touch the floor so that a shape can stand.
+// Minimum share of the footprint that must touch the floor, so that the shape has a flat base.
 constexpr double kFlat = 0.05;
 
 // [mm^2]
@@ -206,8 +206,8 @@ uint16_t label_near(const LabelVolume& volume, const Vec3& at_mm) {
   return found;
 }
 
-// Keeps every n-th voxel along each axis. The new voxels are at most `max_mm` long, unless the old
-// ones were longer. The preview does not resolve more.
+// Keeps every n-th voxel along each axis, because the preview does not resolve more. The new voxels
+// are about `max_mm` long at most, unless the old ones are longer.
 LabelVolume thinned(const LabelVolume& volume, double max_mm) {
   LabelVolume thin;
   thin.names = volume.names;

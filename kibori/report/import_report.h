@@ -35,8 +35,8 @@ struct UpGuess {
   Orientation orientation;  // of the mesh as read_mesh returns it
   std::string why;          // a sentence
 };
-// Returns the format's usual up axis (y or z). If the mesh has a flat base only with the other axis
-// up, returns that one.
+// Returns the format's usual up axis (y or z), or the other one if the mesh stands better with that
+// axis up: see MeshFormat::Up.
 UpGuess guess_up(const std::string& ending, const TriangleMesh& mesh);
 
 // A label of a volume.
@@ -44,8 +44,8 @@ struct LabelReport {
   uint16_t label = 0;
   std::string name;       // "label 3" if the file has no name
   double volume_mm3 = 0;  // of its voxels
-  // Index in known_materials(). If a material has the label's name, it is that material. Otherwise
-  // each label gets a different material.
+  // Index in known_materials(): the material with the label's name. If there is none, it depends on
+  // the position in the list, so that labels look different.
   uint8_t material = 0;
 };
 

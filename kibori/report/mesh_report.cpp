@@ -21,7 +21,8 @@ namespace {
 // Faces that are nearly opposite (170 degrees) are the two sides of a wall. The faces of a wedge
 // are not.
 constexpr double kOpposite = -0.985;
-// The field that sees a wall most directly measures it: within acos(1/sqrt 3) of its axis.
+// A wall is measured by the fields whose rays meet it at a small angle to its normal. This is the
+// minimum cosine of that angle. The cosine of the best field is never less (1/sqrt 3).
 constexpr double kFacing = 0.577;
 
 ThinWalls thin_walls(const Snapshot& model, double threshold_mm) {
@@ -30,8 +31,8 @@ ThinWalls thin_walls(const Snapshot& model, double threshold_mm) {
   double all = 0, thin = 0;
   for (const Axis axis : kAxes) {
     const FieldSnapshot& field = model.field(axis);
-    for (int v = 0; v < field.nodes_v(); v++)
-      for (int u = 0; u < field.nodes_u(); u++)
+    for (int v = field.v_begin(); v < field.v_end(); v++)
+      for (int u = field.u_begin(); u < field.u_end(); u++)
         field.for_spans(u, v, [&](const Span& s) {
           const Vec3 near = decode_normal(s.normal_in, axis, false),
                      far = decode_normal(s.normal_out, axis, true);
@@ -56,11 +57,12 @@ ThinWalls thin_walls(const Snapshot& model, double threshold_mm) {
   return walls;
 }
 
-// Share of the height. A face this near to the lowest point is on the bed.
+// A face that is at most this share of the height above the lowest point is on the bed.
 constexpr double kOnBed = 1e-4;
 
-// Surfaces have float32 vertices. Moves a mesh that is too far away for them to the origin, and
-// returns its old position. Other meshes do not move, so that the reported digits do not change.
+// Surfaces have float32 vertices. If a mesh is too far from the origin for this precision, moves it
+// to the origin, and returns its old position. Other meshes stay, so that all reported digits are
+// those of the file.
 Vec3 near_origin(TriangleMesh& mesh) {
   // Share of the longest side, as in formats/text.cpp.
   constexpr double kMaxRounding = 1e-6;

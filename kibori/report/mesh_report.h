@@ -17,13 +17,13 @@ namespace kibori {
 struct ThinWalls {
   double threshold_mm, pitch_mm;  // walls thinner than the pitch may be missed
   double thinnest_mm;             // infinite if no two faces are opposite
-  Vec3 at_mm;                     // a place where it is thinnest
-  double share;                   // of the wall area (pairs of opposite faces) below the threshold
+  Vec3 at_mm;                     // position of the thinnest wall
+  double share;                   // share of the walls' area that is thinner than the threshold
 };
 
-// Faces that a printer, which builds upward along z, would print in the air. They face down and
-// lean from the vertical by more than `threshold_deg`. Faces on the bed (the minimum height) do not
-// count.
+// Faces that a printer would have to print without support, if it builds upward along z. They face
+// down and lean from the vertical by more than `threshold_deg`. Faces on the bed (the minimum
+// height) do not count.
 struct Overhangs {
   double threshold_deg;
   double area_mm2 = 0;
@@ -35,8 +35,8 @@ struct MeshReport {
   MeshInfo info;
   Overhangs overhangs{};
   std::optional<ThinWalls> walls;
-  std::string no_walls;            // why there are none
-  std::vector<std::string> notes;  // what was left out of the file, a sentence each
+  std::string no_walls;            // the reason why `walls` is empty
+  std::vector<std::string> notes;  // parts of the file that were left out, a sentence each
 };
 
 struct MeshReportOptions {

@@ -11,7 +11,7 @@
 namespace kibori {
 namespace {
 
-// Collisions that the text lists.
+// Maximum number of collisions, and of gouges, that the text lists.
 constexpr size_t kShownCollisions = 10;
 
 // 1 h 02 min 03 s
@@ -166,7 +166,9 @@ std::string mill_text(const MillSummary& summary, const TargetReport* target) {
   return text;
 }
 
-std::string mill_json(const MillSummary& summary, const TargetReport* target) {
+namespace {
+
+Json summary_json(const MillSummary& summary, const TargetReport* target) {
   Json tools = Json::array(), collisions = Json::array(), warnings = Json::array();
   for (const MillToolUse& use : summary.tools)
     tools.push_back({{"tool", use.number},
@@ -205,7 +207,78 @@ std::string mill_json(const MillSummary& summary, const TargetReport* target) {
            {"more_collisions", summary.more_collisions},
            {"warnings", warnings}};
   if (target) all["target"] = target_json(summary, *target);
-  return all.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return all;
+}
+
+Json feeds_json(const FeedReport& feeds) {
+  return {{"slower_lines", feeds.slower},
+          {"faster_lines", feeds.faster},
+          {"lowest_mm_min", feeds.lowest_mm_min},
+          {"lines_over_limit", feeds.over},
+          {"more_lines_over_limit", feeds.more_over}};
+}
+
+std::string feeds_text(const FeedReport& feeds) {
+  char line[300];
+  std::snprintf(line, sizeof line, "feeds        %lld lines slower, %lld lines faster",
+                static_cast<long long>(feeds.slower), static_cast<long long>(feeds.faster));
+  std::string text = line;
+  if (feeds.lowest_mm_min > 0) {
+    std::snprintf(line, sizeof line, "; lowest %.4g mm/min", feeds.lowest_mm_min);
+    text += line;
+  }
+  if (!feeds.over.empty()) {
+    std::snprintf(
+        line, sizeof line,
+        "\n             %zu lines exceed a limit even at %.4g mm/min; the first is line %d",
+        feeds.over.size() + static_cast<size_t>(feeds.more_over), feeds.limits.min_mm_min,
+        feeds.over.front());
+    text += line;
+  }
+  return text + "\n";
+}
+
+std::string text_of(const Json& json) {
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace
+
+std::string mill_json(const MillSummary& summary, const TargetReport* target) {
+  return text_of(summary_json(summary, target));
+}
+
+std::vector<MillResult> results_of(const MillPlan& plan) {
+  std::vector<MillResult> results;
+  for (const MillSetup& setup : plan.setups)
+    results.push_back({setup.name, &setup.summary, setup.report ? &*setup.report : nullptr});
+  return results;
+}
+
+std::string mill_json(const std::vector<MillResult>& results) {
+  if (results.size() == 1 && results[0].name.empty()) {
+    Json all = summary_json(*results[0].summary, results[0].target);
+    if (results[0].feeds) all["feeds"] = feeds_json(*results[0].feeds);
+    return text_of(all);
+  }
+  Json setups = Json::array();
+  for (const MillResult& result : results) {
+    setups.push_back(summary_json(*result.summary, result.target));
+    setups.back()["name"] = result.name;
+  }
+  return text_of(
+      {{"setups", setups}, {"state_hash", hash_text(results.back().summary->state_hash)}});
+}
+
+std::string mill_text(const std::vector<MillResult>& results) {
+  std::string text;
+  for (const MillResult& result : results) {
+    if (!result.name.empty())
+      text += (text.empty() ? "" : "\n") + ("set-up       " + sanitize_message(result.name) + "\n");
+    text += mill_text(*result.summary, result.target);
+    if (result.feeds) text += feeds_text(*result.feeds);
+  }
+  return text;
 }
 
 std::string mill_lines_header() {

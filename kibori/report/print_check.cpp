@@ -12,9 +12,9 @@
 namespace kibori {
 namespace {
 
-// Share of a pitch. A face this near to the lowest point is on the bed.
+// A face that is at most this far [pitches] above the lowest point is on the bed.
 constexpr double kOnBedPitches = 0.5;
-// Maximum cosine between the normals of the two faces of a wall.
+// Two faces can be the sides of a wall if the cosine between their normals is at most this.
 constexpr double kOppositeWall = -0.5;
 // Maximum distance of a vertex from the end of its dexel [pitches].
 constexpr double kNear = 3;
@@ -35,8 +35,8 @@ PrintCheck::PrintCheck(const Snapshot& model, const PrintCheckOptions& options)
                             pieces_.all()[static_cast<size_t>(largest_)].nodes)
       largest_ = i;
   const FieldSnapshot& z = model_.field(Axis::z);
-  for (int v = 0; v < z.nodes_v(); v++)
-    for (int u = 0; u < z.nodes_u(); u++)
+  for (int v = z.v_begin(); v < z.v_end(); v++)
+    for (int u = z.u_begin(); u < z.u_end(); u++)
       z.for_spans(u, v, [&](const Span& s) {
         for (const float end : {s.in, s.out})
           bed_ = std::min(bed_, options_.up.dot(model_.lattice.to_mm(
@@ -60,9 +60,9 @@ bool PrintCheck::find(const SurfaceVertex& vertex, Dexel& dexel) const {
   constexpr std::array<std::array<int, 2>, 5> kAround{{{0, 0}, {-1, 0}, {1, 0}, {0, -1}, {0, 1}}};
   for (const std::array<int, 2>& off : kAround) {
     const int ray_u = u + off[0], ray_v = v + off[1];
-    if (ray_u < 0 || ray_v < 0 || ray_u >= field.nodes_u() || ray_v >= field.nodes_v()) continue;
+    if (!field.has_ray(ray_u, ray_v)) continue;
     field.for_spans(ray_u, ray_v, [&](const Span& s) {
-      // Selects the end whose normal has the direction of the surface's.
+      // Selects the end where the surface faces the same way along the ray as at the vertex.
       const double away = std::abs(depth - (normal[along] > 0 ? s.out : s.in));
       if (away >= nearest) return;
       nearest = away;
@@ -80,7 +80,7 @@ double PrintCheck::thickness_mm(const SurfaceVertex& vertex) const {
   Dexel dexel;
   constexpr double inf = std::numeric_limits<double>::infinity();
   if (!find(vertex, dexel)) return inf;
-  // Adjacent spans of several materials are one wall.
+  // Spans of different materials that touch are one wall.
   float in = dexel.span.in, out = dexel.span.out;
   uint32_t code_in = dexel.span.normal_in, code_out = dexel.span.normal_out;
   model_.field(dexel.axis).for_spans(dexel.u, dexel.v, [&](const Span& s) {
@@ -110,7 +110,7 @@ PrintFault PrintCheck::at(const SurfaceVertex& vertex) const {
     const LatticePoint inside = model_.lattice.to_lattice(
         place_of(vertex) - 0.5 * model_.lattice.pitch_mm * normal_of(vertex));
     const Index3 node = inside.units.array().floor().cast<int>();
-    if ((node >= 0).all() && (node < model_.lattice.nodes).all()) {
+    if ((node >= model_.lattice.low()).all() && (node < model_.lattice.high()).all()) {
       const int piece = pieces_.at(model_.field(Axis::z), node);
       if (piece >= 0 && piece != largest_) return PrintFault::loose;
     }

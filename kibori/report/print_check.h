@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Finds print problems at each point of a model's surface: walls that are too thin, faces that hang
-// in the air, and loose pieces. A model's surface is always closed.
+// Finds print problems at each point of a model's surface: walls that are too thin, overhanging
+// faces, and loose pieces. A model's surface is always closed.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@ enum class PrintFault : uint8_t { none, overhang, thin, loose };
 struct PrintCheckOptions {
   double wall_mm = 1;  // thinner walls are too thin
   double overhang_deg =
-      45;  // faces that face down and lean from the vertical by more than this hang
+      45;  // faces that face down and lean from the vertical by more than this are overhangs
   Vec3 up = Vec3::UnitZ();  // unit, in the model's frame: the printer's build direction
 };
 
@@ -28,8 +28,8 @@ class PrintCheck {
   // The worst problem at a vertex of the model's surface, in the order loose, thin, overhang. The
   // thickness of a wall comes from a dexel near the vertex, along the main axis of the vertex's
   // normal. It is the dexel's length times the cosine between that axis and the normal at the
-  // dexel's `in` end. If the face behind does not point in the opposite direction, there is no
-  // wall. Walls thinner than the pitch may be missed.
+  // dexel's `in` end. There is a wall only if the normals at both ends are roughly opposite. Walls
+  // thinner than the pitch may be missed.
   PrintFault at(const SurfaceVertex& vertex) const;
   // Thickness of the wall at a vertex [mm]; infinite if there is no wall.
   double thickness_mm(const SurfaceVertex& vertex) const;

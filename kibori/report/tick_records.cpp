@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include <hdf5.h>
 
@@ -66,7 +67,8 @@ Result<TickRecords> about_ticks(const Document& document, StepId to) {
     } else {
       const Result<StrokeSettings> settings = document.settings(id);
       if (!settings) return Error{settings.error()};
-      // The forces in the result are computed again. An export must equal the document.
+      // for_tick_records computes the forces again. So this only checks that those in the document
+      // are undamaged.
       const auto check_only = [](const std::vector<Wrench>&) -> Status { return Ok{}; };
       if (Status forces = document.for_forces(id, check_only); !forces)
         return Error{forces.error()};
@@ -74,6 +76,7 @@ Result<TickRecords> about_ticks(const Document& document, StepId to) {
       one["ticks"] = step.ticks;
       one["removed_mm3"] = step.removed_mm3;
       one["settings"] = parse_json(settings_to_json(settings.value()));
+      records.milled |= !settings.value().program.empty();
       for (const Material& material : settings.value().materials)
         if (std::find(records.materials.begin(), records.materials.end(), material.name) ==
             records.materials.end())
@@ -98,7 +101,7 @@ Result<TickRecords> about_ticks(const Document& document, StepId to) {
 
 namespace {
 
-// Data for recording the ticks of a stroke.
+// Data of a stroke that fill_record needs.
 struct StrokeContext {
   const StrokeSettings& settings;
   const TickRecords& records;
@@ -136,6 +139,7 @@ void fill_record(TickRecord& record, const ReplayedTick& tick, const StrokeConte
   const RecordedTick& recorded = *tick.recorded;
   const StrokeSettings& s = stroke.settings;
   record.hand = recorded.second ? 2 : 1;
+  record.line = recorded.line;
   const auto* const move = std::get_if<MoveTick>(&recorded.what);
   record.mode = !(move && move->edits)        ? Mode::off
                 : recorded.second && s.second ? s.second->mode
@@ -222,6 +226,7 @@ Status write_ticks_csv(const std::filesystem::path& path, const Document& docume
       "step,time_s,hand,mode,x_mm,y_mm,z_mm,qx,qy,qz,qw,hand_x_mm,hand_y_mm,hand_z_mm,hand_qx,"
       "hand_qy,hand_qz,hand_qw,fx_N,fy_N,fz_N,mx_Nmm,my_Nmm,mz_Nmm,given_fx_N,given_fy_N,"
       "given_fz_N,given_mx_Nmm,given_my_Nmm,given_mz_Nmm,removed_mm3,points";
+  if (records.value().milled) line += ",line";
   std::vector<std::string> columns;
   for (const std::string& material : records.value().materials) {
     std::string column = column_name(material);
@@ -244,6 +249,7 @@ Status write_ticks_csv(const std::filesystem::path& path, const Document& docume
             for (const double number : three(*v)) append(line, number);
         append(line, tick.removed_mm3);
         append(line, static_cast<double>(tick.points));
+        if (records.value().milled) append(line, tick.line);
         for (const double number : tick.removed_of) append(line, number);
         line += '\n';
         file.write(line);
@@ -271,6 +277,7 @@ const char* const kTickSchema = R"({"type":"object","properties":{
 "computed":{"type":"object","description":"force [N], moment [N mm]"},
 "given":{"type":["object","null"],"description":"force [N], moment [N mm], where it was kept"},
 "removed_mm3":{"type":"number"},"points":{"type":"integer"},
+"line":{"type":"integer","description":"of the milling program"},
 "removed_of_mm3":{"type":"object","description":"by material"}}})";
 const char* const kEventSchema =
     R"({"type":"object","properties":{"event":{"type":"string"},"step":{"type":"integer"}}})";
@@ -301,6 +308,7 @@ Status write_ticks_mcap(const std::filesystem::path& path, const Document& docum
                   {"removed_mm3", tick.removed_mm3},
                   {"points", tick.points},
                   {"removed_of_mm3", Json::object()}};
+        if (tick.line > 0) json["line"] = tick.line;
         if (tick.given.force.allFinite()) json["given"] = json_of(tick.given);
         for (size_t i = 0; i < tick.removed_of.size(); i++)
           json["removed_of_mm3"][records.value().materials[i]] = tick.removed_of[i];
@@ -312,8 +320,8 @@ Status write_ticks_mcap(const std::filesystem::path& path, const Document& docum
 
 namespace {
 
-// A growing table with rows of `width` numbers. rank 1: one number per row, without a second
-// dimension.
+// A growing data set with rows of `width` numbers. With rank 1, it has one number per row and no
+// second dimension.
 class Column {
  public:
   Column(hid_t group, const char* name, hsize_t width, hid_t type, int rank)
@@ -377,7 +385,7 @@ bool add_attribute(hid_t to, const char* name, const std::string& text) {
 
 Status fill_hdf5(hid_t file, const Document& document, StepId to, const TickRecords& records,
                  bool& written) {
-  // A data set, because an attribute holds at most 64 kB of text.
+  // `about` is a data set, because an attribute holds at most 64 kB of text.
   const hid_t type = H5Tcopy(H5T_C_S1), space = H5Screate(H5S_SCALAR);
   H5Tset_size(type, H5T_VARIABLE);
   H5Tset_cset(type, H5T_CSET_UTF8);
@@ -419,6 +427,8 @@ Status fill_hdf5(hid_t file, const Document& document, StepId to, const TickReco
            given_force = rows_of("given_force_N", 3), given_moment = rows_of("given_moment_Nmm", 3),
            removed = numbers("removed_mm3", real), points = numbers("points", whole),
            removed_of = rows_of("removed_of_mm3", kinds);
+    std::optional<Column> line;
+    if (records.milled) line.emplace(ticks, "line", 1, whole, 1);
     const auto one = [](double number) { return std::array<double, 1>{number}; };
     done = for_tick_records(document, to, records, [&](const TickRecord& tick) -> Status {
       step.add(one(static_cast<double>(tick.step)));
@@ -433,12 +443,14 @@ Status fill_hdf5(hid_t file, const Document& document, StepId to, const TickReco
       given_moment.add(three(tick.given.moment));
       removed.add(one(tick.removed_mm3));
       points.add(one(static_cast<double>(tick.points)));
+      if (line) line->add(one(tick.line));
       removed_of.add(tick.removed_of);
       return Ok{};
     });
     for (Column* column : {&step, &time, &hand, &mode, &tool, &hand_pose, &force, &moment,
                            &given_force, &given_moment, &removed, &points, &removed_of})
       written = column->flush() && written;
+    if (line) written = line->flush() && written;
   }
   H5Gclose(ticks);
   return done;

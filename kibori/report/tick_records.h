@@ -20,25 +20,28 @@ struct TickRecord {
   double time_s = 0;  // since the recording's first tick; strokes follow one another
   int hand = 1;       // 2: the second hand
   Mode mode = Mode::off;
-  // In the world, for any pose of the body.
+  // Poses and wrenches are in the world's coordinates.
   Pose tool, hand_pose;  // [mm]
   Wrench computed;       // by the stroke's own force model [N, N mm]
   Wrench given;          // sent to the device, if the document has it; otherwise NaN
   double removed_mm3 = 0;
-  std::vector<double> removed_of;  // per material of the recording [mm^3], by cuts and deposits
-  int64_t points = 0;              // lattice nodes
+  // For each material of the recording: volume that cuts removed; deposits are negative [mm^3].
+  std::vector<double> removed_of;
+  int64_t points = 0;  // number of lattice nodes that changed
+  int line = 0;        // line of the milling program; 0: none
 };
 
 // Metadata of a recording. `about` is JSON with everything that readers need: program, version,
 // document, lattice, materials, units, clock, and the steps with their settings and device.
 struct TickRecords {
   std::string about;
-  std::vector<std::string> materials;  // for removed_of: all materials that any stroke names
+  std::vector<std::string> materials;  // of removed_of: all materials of all strokes
+  bool milled = false;                 // a milling program moved the tool in at least one stroke
 };
 
-// Repeats the steps that lead to `to`, and calls use() with each tick. Errors: those of replaying
-// and of use().
+// Collects the metadata of the steps that lead to `to`. Errors: a damaged document.
 Result<TickRecords> about_ticks(const Document& document, StepId to);
+// Replays these steps, and calls use() with each tick. Errors: those of the replay and of use().
 Status for_tick_records(const Document& document, StepId to, const TickRecords& records,
                         const std::function<Status(const TickRecord&)>& use);
 

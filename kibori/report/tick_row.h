@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// One tick of one hand in the form that is published during carving: 256 bytes, little-endian.
-// about_rows describes the columns of this struct to readers.
+// One tick of one hand, as --publish sends it during carving: 256 bytes, little-endian. about_rows
+// describes the columns of this struct to readers.
 #pragma once
 
 #include <array>
@@ -19,19 +19,19 @@ struct TickRow {
   double time_s = 0;  // since the servo thread started
   // x, y, z [mm], then the quaternion x, y, z, w, in the world.
   std::array<double, 7> tool_pose{}, hand_pose{};
-  // On the tool [N], and about its tip [N mm].
+  // Computed force on the tool [N], and moment about its tip [N mm].
   std::array<double, 3> force_n{}, moment_nmm{};
   // Sent to the device.
   std::array<double, 3> given_force_n{}, given_moment_nmm{};
   double removed_mm3 = 0;  // negative: added
-  double fallen_mm3 = 0;   // severed by the last stroke
+  double fallen_mm3 = 0;   // volume that fell away at the end of the last stroke
   int64_t points = 0;      // lattice nodes that changed
   uint8_t hand = 1;        // 2: the second hand
-  uint8_t mode = 0;        // what the tool should do: an index into `modes` of about_rows
+  uint8_t mode = 0;        // of the tool in the tick: an index into `modes` of about_rows
   uint8_t touching = 0, cutting = 0, inside = 0;
   uint8_t clipped = 0;  // material reached beyond the lattice
-  uint8_t safety = 0;   // 0 off, 1 waits for the hand to be still, 2 outputs force
-  uint8_t trip = 0;     // why it is off: an index into `trips`
+  uint8_t safety = 0;   // 0 off, 1 waits until the computed force is small, 2 on
+  uint8_t trip = 0;     // why the safety stage is off: an index into `trips`
 };
 static_assert(sizeof(TickRow) == 256 && std::endian::native == std::endian::little);
 

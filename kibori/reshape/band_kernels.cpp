@@ -5,12 +5,12 @@
 //
 //   d^2 = (along the ray)^2 + (nodes across, first axis)^2 + (nodes across, second axis)^2
 //
-// A slice of nodes contains the rays. Three passes search it, 16 nodes at once: the node's own ray;
-// the other rays in its row; the other rows. A pass stops where the distance to the next ray alone
-// exceeds the best distance so far.
+// A slice is a plane of nodes across the rays. Three passes search it, 16 nodes at once: the node's
+// own ray; the other rays in its row; the other rows. A pass stops where the distance to the next
+// ray alone exceeds the best distance so far.
 //
-//   z rays, y rays   slice across y resp. z; a row's nodes are lanes, 16 a block
-//   x rays           a block of 16 along x is a slice; a row's nodes are blocks
+//   z rays, y rays   a slice has one z or one y; its rows run along x, in blocks of 16 nodes
+//   x rays           a slice is 16 nodes thick along x; a block holds the 16 nodes of one ray
 #include <kibori/reshape/band_kernels.h>
 
 #include <algorithm>
@@ -29,7 +29,8 @@ namespace kibori {
 
 using namespace detail;
 
-// Minimum |phi| [cells] of an inside node that is exactly on the surface. It keeps the sign.
+// |phi| [cells] of an inside node is at least this, so that a node exactly on the surface keeps its
+// sign.
 inline constexpr float kMinDepth = 1e-6f;
 
 }  // namespace kibori
@@ -59,7 +60,7 @@ struct Nearest {
   VF distance2;
   VI end;
 
-  // True if no end at that squared distance along one axis can be nearer.
+  // True if no end can be nearer whose squared distance along one axis is `apart2`.
   HWY_INLINE bool beats(VF apart2) const { return hn::AllTrue(DF(), hn::Le(distance2, apart2)); }
   HWY_INLINE void offer(VF other2, VI other) {
     other = Loaded(other);
@@ -67,24 +68,24 @@ struct Nearest {
     distance2 = hn::Min(other2, distance2);
     end = hn::IfThenElse(hn::RebindMask(DI(), nearer), other, end);
   }
-  // Offers the nearer of two ends, at a squared distance larger by `apart2`. The next step then
-  // depends on one result, not two.
+  // Offers the nearer of two ends, at a squared distance larger by `apart2`. The two are compared
+  // first, so that only one comparison depends on the previous offer.
   HWY_INLINE void offer(Nearest one, const Nearest& two, VF apart2) {
     one.offer(two.distance2, two.end);
     offer(hn::Add(one.distance2, apart2), one.end);
   }
 };
 
-// Number of nodes in a line for which the end may be the nearest. The first node is at the minimum
-// of these squared distances. Returns 0 if that is too far.
+// Number of nodes in a line that the nearest of these ends may serve. The first of them is the node
+// to which `distance2` belongs. Returns 0 if that node is too far.
 HWY_INLINE size_t NodesWithin(const BandSlice& s, VF distance2) {
   const float room = s.too_far - hn::GetLane(hn::MinOfLanes(DF(), distance2));
   return room > 0 ? std::min(s.window, static_cast<size_t>(std::sqrt(room))) + 1 : 0;
 }
 
-// Calls offer(apart^2, off) for nodes 1, 2, ... apart, up to the window or one more, while an end
-// there can be nearer. `off`: apart times `step`. It offers two at a time; a surplus offer changes
-// nothing.
+// Calls offer(apart^2, off) for the nodes that are 1, 2, ... apart, while an end there can be
+// nearer. `off` is apart times `step`. Nodes are offered in pairs, so the last one may be one
+// beyond the window. This surplus offer changes nothing.
 template <class Offer>
 HWY_INLINE void OfferNeighbours(const BandSlice& s, size_t step, const Nearest& best,
                                 Offer&& offer) {
@@ -132,7 +133,7 @@ HWY_INLINE void FindOnRays(const BandSlice& s, size_t row) {
     }
     const size_t nodes = NodesWithin(s, min2);
     if (nodes == 0) continue;
-    // Number of blocks on each side in which one of these ends may be the nearest.
+    // Number of blocks on each side that these ends may serve.
     size_t below = nodes - 1, above = nodes - 1;
     if (s.step == 1) {
       const auto blocks = [&](int lanes_before) {
@@ -221,7 +222,7 @@ void SearchSlice(const BandSlice& s) {
     }
   if (first >= end) return;
   const size_t low = first - std::min(first, s.window), high = std::min(s.rows, end + s.window);
-  // The reach decreases by one from a row to the adjacent rows.
+  // rows_near decreases by one from a row to the adjacent rows.
   const auto pass_on = [cols = s.cols](const uint8_t* from, uint8_t* to) {
     for (size_t c = 0; c < cols; c++)
       to[c] = std::max(to[c], static_cast<uint8_t>(from[c] - (from[c] > 0)));
@@ -263,7 +264,7 @@ void Measure(const MeasuredBlocks& of) {
   FloatRow place[3], normal[3];  // by axis
   for (const NodeBlock* block = of.blocks; block < of.blocks + of.count; block++) {
     const IndexRow& nearest = of.nearest[block->place / kRow];
-    // A node without an end computes with an arbitrary one.
+    // A node without an end uses the first end. Its result is dropped below.
     for (size_t n = 0; n < kRow; n++) {
       const SurfaceEnd& end = of.ends[std::max(nearest.lane[n], 0)];
       for (int axis = 0; axis < 3; axis++) {
@@ -300,13 +301,15 @@ double AddedVolume(const ChangedBlocks& of) {
   double volume = 0;
   for (const NodeBlock* block = of.blocks; block < of.blocks + of.count; block++) {
     // Outside the lattice there is no material.
-    if (block->j < 0 || block->j >= of.nodes[1] || block->k < 0 || block->k >= of.nodes[2])
+    if (block->j < of.low[1] || block->j >= of.high[1] || block->k < of.low[2] ||
+        block->k >= of.high[2])
       continue;
     for (size_t g = 0; g < kGroups; g++) {
       const unsigned nodes = block->nodes >> (g * kLanes) & kGroupMask;
       if (!nodes) continue;
       const VF i = LanesFrom(static_cast<float>(block->i), g);
-      const MF there = hn::And(hn::Ge(i, zero), hn::Lt(i, F(static_cast<float>(of.nodes[0]))));
+      const MF there = hn::And(hn::Ge(i, F(static_cast<float>(of.low[0]))),
+                               hn::Lt(i, F(static_cast<float>(of.high[0]))));
       const VF was = hn::Load(d, of.phi + block->place + g * kLanes),
                is = hn::Load(d, of.after + block->place + g * kLanes);
       const VF more =
@@ -345,7 +348,7 @@ void WeighCollar(const CollarBlocks& of) {
       const VF weight = hn::IfThenElseZero(touched, hn::Mul(hn::Mul(inner, inner), free));
       rises |= Bits(hn::Gt(weight, zero)) << (g * kLanes);
       Store(weight, of.weights[b], g);
-      // Along a normal these add up to 1.
+      // The shares of the nodes along a normal add up to 1.
       const VF share = hn::Max(zero, hn::Sub(one, hn::Abs(hn::Load(d, of.phi + node))));
       hn::StoreU(hn::Mul(weight, share), d, areas + g * kLanes);
     }
@@ -383,7 +386,7 @@ void SumRows(const float* const* low, const float* const* high, const std::vecto
     hn::StoreU(sum, d, to + i);
   };
   for (size_t i = 0; i + kLanes < count; i += kLanes) sum_at(i);
-  sum_at(count - kLanes);  // some of them a second time
+  sum_at(count - kLanes);  // may repeat some of the nodes above
 }
 
 }  // namespace HWY_NAMESPACE

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The vector part of NodeBand: computations on 16 nodes at once.
+// The vectorised part of NodeBand: computations on 16 nodes at once.
 #pragma once
 
 #include <cstddef>
@@ -14,12 +14,13 @@ namespace kibori {
 struct BandSlice {
   size_t rows, cols;
   size_t step;              // lanes from a node to the next in its row
-  size_t margin;            // blocks without ends at both ends of a row; window + 1 such rows
-  size_t window;            // number of nodes within reach
-  float farthest, too_far;  // an end's distance, and its square
+  size_t margin;            // empty blocks that the scratch memory has before and after each row
+  size_t window;            // maximum number of nodes from an end to a node that may use it
+  float farthest, too_far;  // maximum useful distance of an end; |d|^2 of a node without an end
 
-  // Ends of its rays. With layers: by blocks in layers, `depth` along them. Without layers: along
-  // the block's lanes, the first of which is at `depth`.
+  // The ends of the slice's rays. For y and z rays they are in layers, by blocks of rays, and
+  // `depth` is the slice's depth along the rays. For x rays there are no layers. The ends are in
+  // lists for single rays, and `depth` belongs to the first lane.
   const detail::RayItems* rays;
   const detail::EndLayer* layers;
   const SurfaceEnd* ends;
@@ -28,14 +29,16 @@ struct BandSlice {
 
   detail::BandScratch* scratch;
 
-  // Of the band, by blocks.
+  // Data of the band, one element per block.
   detail::FloatRow* distance2;
   detail::IndexRow* nearest;
   uint16_t* known;
-  const uint16_t* wanted;  // null: all are
+  const uint16_t* wanted;  // null: all nodes are wanted
   size_t first, row_step, col_step;
-  // Squared distances from the brush's centre by axis: of nodes, and of the nodes nearest to the
-  // centre that can have a ray's ends as nearest ends.
+  // For rows and blocks: the square of their distance from the brush's centre along one axis, minus
+  // BandPart::around. For ends, `farthest` is subtracted from the distance too, because an end can
+  // serve a node that is nearer to the centre. `away` is the same for the slice, `reach2` the
+  // maximum sum of the three.
   const float *row_away, *col_away, *row_ends_away, *col_ends_away;
   float away, reach2;
 
@@ -45,7 +48,7 @@ struct BandSlice {
   }
 };
 
-// The nodes of a plane across z, whose sides are to be computed.
+// A plane of nodes with one z. compute_sides decides which of them are inside.
 struct BandPlane {
   size_t rows, blocks, nx;
   float z;
@@ -74,12 +77,12 @@ struct ChangedBlocks {
   const NodeBlock* blocks;
   size_t count;
   const float *phi, *after;  // of the box
-  Index3 nodes;              // of the lattice
+  Index3 low, high;          // nodes of the lattice
 };
 
 // Nodes that a collar of clay may raise: see clay.h.
 struct CollarBlocks {
-  NodeBlock* blocks;  // output: the nodes that rise remain
+  NodeBlock* blocks;  // output: only the nodes that rise
   size_t count;
   const float *phi, *path_phi;  // of the box; distances to the tool's sweep
   Vec3 centre;                  // [lattice units]

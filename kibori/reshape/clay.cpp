@@ -15,8 +15,8 @@
 namespace kibori {
 namespace {
 
-// The nodes to compute for collars up to the height `rise` [cells]. Distances are read up to
-// `width`. Only nodes less deep than `core` may change sides, or are next to nodes that do.
+// How far from the surface nodes are computed for collars up to the height `rise` [cells].
+// Distances are read up to `width`. Only nodes with |phi| < `core` are changed.
 struct Depth {
   float core, width;
   double rise;
@@ -26,12 +26,13 @@ constexpr std::array<Depth, 3> kDepths{{{2.5f, 2.5f, 1},
                                         {static_cast<float>(Clay::kMaxRise + 1),
                                          static_cast<float>(Clay::kMaxRise + 2), Clay::kMaxRise}}};
 constexpr const Depth& kWhole = kDepths.back();
-// Area of a collar's surface, as a share of that of a plane under its falloff. The tool covers the
-// rest. The benchmark measured 0.3 to 0.6. The value only selects what is computed first.
+// Area of a collar's surface, weighted by the falloff, as a share of the same for a plane. The tool
+// covers the rest. The benchmark measured 0.3 to 0.6. The value only selects the Depth that is
+// tried first.
 constexpr double kShareOfPlane = 0.4;
 // Steps of the search for a height. Secants converge in one or two steps. After kSecants steps,
-// bisection follows. From the second height that is too low, steps are longer by kBeyond.
-// Therefore, an upper bound is found too.
+// bisection follows. From the second height that is too low on, steps are longer by the factor
+// kBeyond, so that an upper bound is found too.
 constexpr int kMaxSteps = 24, kSecants = 8;
 constexpr double kBeyond = 1.05;
 // Nodes that do not rise are also read within this distance of those that rise [nodes].
@@ -77,7 +78,7 @@ void Clay::measure_path(const Tool& tool, std::span<const PressingTool> tools, d
     for (const SweptTool& sweep : sweeps)
       deposit_field(scratch_->field(kAxes[axis]), sweep.solid(), 0, added);
   });
-  // Where the box cuts off a path, there is no surface.
+  // A path that the box cuts off has no surface at the cut.
   path_band_.read_at(*scratch_, {Index3::Zero(), box.size()}, static_cast<float>(kRamp), touched_,
                      band_.turn());
 }
@@ -93,7 +94,8 @@ Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const 
   const double wanted = volume_mm3 / (pitch * pitch * pitch);
   const Vec3 centre = lattice.to_lattice(centre_mm).units;
   for (int i = 0; i < 3; i++)
-    if (!(centre[i] + radius > 0 && centre[i] - radius < lattice.nodes[i])) return Reshaped{};
+    if (!(centre[i] + radius > lattice.low()[i] && centre[i] - radius < lattice.high()[i]))
+      return Reshaped{};
   if (wanted == 0) return Reshaped{};
 
   // The size does not depend on the place, so that the scratch model can be reused. Everything
@@ -121,7 +123,8 @@ Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const 
     band_.read(
         model, box.turned(turn), depth->width, turn,
         {.centre = turned, .reach = static_cast<float>(radius + kMargin), .margin = kMargin});
-    if (!find_touched(turn.turn(lattice.nodes), turned, radius, depth->core)) return Reshaped{};
+    if (!find_touched(lattice_nodes(lattice).turned(turn), turned, radius, depth->core))
+      return Reshaped{};
     measure_path(tool, tools, radius_mm, lattice, box);
     const double area = weigh(turned, radius);
     band_.copy_computed_phi(after_);
@@ -137,14 +140,14 @@ Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const 
 
 // Finds the nodes within the lattice with |phi| < core, in blocks that the collar's radius reaches.
 // Returns true if there are some.
-bool Clay::find_touched(const Index3& nodes, const LatticePoint& centre, double radius,
-                        float core) {
+bool Clay::find_touched(const NodeBox& all, const LatticePoint& centre, double radius, float core) {
   band_.blocks_within(core, touched_, [&](NodeBlock& block) {
     Vec3 off = Vec3(block.i, block.j, block.k).array() + 0.5 - centre.units.array();
     off[0] = std::max({0.0, off[0], -(off[0] + 15)});
-    const bool near = off.squaredNorm() < radius * radius && block.j >= 0 && block.j < nodes[1] &&
-                      block.k >= 0 && block.k < nodes[2];
-    block.nodes = near ? static_cast<uint16_t>(block.nodes_along(0, nodes[0])) : uint16_t{0};
+    const bool near = off.squaredNorm() < radius * radius && block.j >= all.low[1] &&
+                      block.j < all.high[1] && block.k >= all.low[2] && block.k < all.high[2];
+    block.nodes =
+        near ? static_cast<uint16_t>(block.nodes_along(all.low[0], all.high[0])) : uint16_t{0};
   });
   return !touched_.empty();
 }
@@ -222,7 +225,8 @@ bool Clay::rise(const TriDexel& model, double wanted, double area, double max_ri
     lambda = known && (step >= kSecants || !(secant > low && secant < high)) ? 0.5 * (low + high)
                                                                              : secant;
   }
-  // At a step: take the nearer side, but not a side that changes nothing.
+  // The wanted volume is inside a step. Takes the nearer side of the step, but not a side that
+  // changes nothing.
   const bool nearer = known && (low == 0 || high_volume - size < size - low_volume);
   raise_by(sign * (nearer ? high : low));
   return true;

@@ -11,9 +11,10 @@
 //   w = falloff(|x - c| / R) * clamp(distance to the sweep / kRamp, 0, 1)
 //
 // Lambda is chosen so that the wanted volume is added (dexel/volume.h). The volume is measured from
-// the spans. With a tolerance, it is estimated from the distances at nodes. The sweep is the tool,
-// swept forward and back by R along its motion and out along its axis. Nothing rises in the sweep:
-// a furrow stays open behind the tool, no wave forms in front of it, and nothing closes over it.
+// the spans. With a tolerance of 5e-3 or more, it is estimated from the distances at nodes. The
+// sweep is the tool, swept forward and back by R along its motion and out along its axis. Nothing
+// rises in the sweep: a furrow stays open behind the tool, no wave forms in front of it, and
+// nothing closes over it.
 #pragma once
 
 #include <array>
@@ -29,8 +30,8 @@
 
 namespace kibori {
 
-// A pressing tool. `direction`: of its motion, unit, or 0 if it only turns. `middle_mm`: centre of
-// the material that it displaced last.
+// A pressing tool. `direction`: unit vector of its motion, or 0 if it only turns. `middle_mm`:
+// centre of the material that it displaced last.
 struct PressingTool {
   Pose pose;
   Vec3 direction = Vec3::Zero();
@@ -51,12 +52,12 @@ class Clay {
     path_band_.set_threads(threads);
   }
   // Raises the surface within `radius_mm` of the centre of `tools[of]` until `volume_mm3` is added.
-  // A negative volume sinks it. `tolerance`: permitted error, as a share of the volume. From 5e-3
+  // A negative volume lowers it. `tolerance`: permitted error, as a share of the volume. From 5e-3
   // on, the error may be a few percent larger: see WriteBack::rough_volume. One collar rises by at
-  // most kMaxRise, and not beyond the lattice. Nothing rises in the sweep of any of the tools. If
-  // the wanted volume is within a step of the volume's function, the nearer side of the step is
-  // used. Errors: a position, radius or volume that is not finite; not enough memory for the
-  // region.
+  // most kMaxRise, and not beyond the lattice. Nothing rises in the sweep of any of the tools. The
+  // volume has steps as a function of the rise. If the wanted volume is inside a step, the nearer
+  // side of the step is used. Errors: a position, radius or volume that is not finite; not enough
+  // memory for the region.
   Result<Reshaped> raise(TriDexel& model, const Tool& tool, std::span<const PressingTool> tools,
                          size_t of, double radius_mm, double volume_mm3, double tolerance);
 
@@ -73,7 +74,7 @@ class Clay {
  private:
   void measure_path(const Tool& tool, std::span<const PressingTool> tools, double radius_mm,
                     const Lattice& lattice, const NodeBox& box);
-  bool find_touched(const Index3& nodes, const LatticePoint& centre, double radius, float core);
+  bool find_touched(const NodeBox& all, const LatticePoint& centre, double radius, float core);
   double weigh(const LatticePoint& centre, double radius);
   bool rise(const TriDexel& model, double wanted, double area, double max_rise, double tolerance);
 

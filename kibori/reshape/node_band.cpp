@@ -48,8 +48,8 @@ bool is_major(uint32_t normal) {
   }
 }
 
-// decode_normal in float32, which is half the work. u, v and depth are already a unit vector,
-// unless u and v alone are longer.
+// decode_normal without the normalisation, in half the time. (u, v, depth) is already a unit
+// vector, unless (u, v) alone is longer than 1.
 template <Axis axis>
 Eigen::Vector3f decode_unit(uint32_t code, bool at_out) {
   constexpr double kUnit = 1 / 32767.0;
@@ -111,8 +111,8 @@ AxisTurn turn_along_surface(const TriDexel& model, const LatticePoint& centre, d
         const double across2 = step * step * (du * du + dv * dv);
         const double u = std::floor(centre[u_index(axis)] + step * du),
                      v = std::floor(centre[v_index(axis)] + step * dv);
-        if (across2 > reach * reach || !(u >= 0 && u < field.nodes_u()) ||
-            !(v >= 0 && v < field.nodes_v()))
+        if (across2 > reach * reach || !(u >= field.u_begin() && u < field.u_end()) ||
+            !(v >= field.v_begin() && v < field.v_end()))
           continue;
         const double middle = centre[depth_index(axis)], chord = std::sqrt(reach * reach - across2);
         const auto within = [&](float depth) {
@@ -204,7 +204,8 @@ void NodeBand::read_wanted(const TriDexel& model, const NodeBox& box, float widt
   });
 }
 
-// Call before anything else is read.
+// Selects the nodes to read, and finds the depths of their ends. Call it before anything else is
+// read.
 void NodeBand::want(const std::vector<NodeBlock>& nodes) {
   wanted_.assign(known_.size(), 0);
   const auto columns = [&](int axis) {
@@ -224,7 +225,7 @@ void NodeBand::want(const std::vector<NodeBlock>& nodes) {
             static_cast<float>(box_.low[depth_index(axis)] + node[depth_index(axis)]) + 0.5f);
       }
   }
-  // The end nearest to a node of a column is on its rays, or on those of neighbouring columns.
+  // The end nearest to a node may be on a ray of a neighbouring column, too.
   const auto margin = static_cast<size_t>(std::ceil(farthest_ / static_cast<float>(kColumn)));
   std::vector<DepthRange> own;
   for (const Axis axis : kAxes) {
@@ -378,7 +379,8 @@ void NodeBand::list_known(uint32_t margin) {
   });
 }
 
-// Computes which nodes are inside. Only few nodes of a ball are near the surface.
+// Computes which nodes are inside. If `margin` is not kAll, it skips nodes far from the surface,
+// which are most of a ball.
 void NodeBand::compute_sides(uint32_t margin) {
   const bool all = margin == BandPart::kAll;
   if (!all) spread_rows(rows_[1], 2, margin, computed_);
@@ -393,7 +395,7 @@ void NodeBand::compute_sides(uint32_t margin) {
 // Reads the z field's spans.
 void NodeBand::read_spans(const TriDexel& model) {
   const FieldSnapshot& field = model.field(turn_.old(Axis::z)).view();
-  const NodeBox there = box_.within({Index3::Zero(), turn_.turn(model.lattice().nodes)});
+  const NodeBox there = box_.within(lattice_nodes(model.lattice()).turned(turn_));
   rays_.assign(ny_ * blocks_, {});
   span_layers_.clear();
   for (int j = there.low[1]; j < there.high[1]; j++)
@@ -426,7 +428,8 @@ void NodeBand::add_ends(const FieldSnapshot& field, int u, int v, FieldEnds& to,
   constexpr int d = depth_index(axis);
   const DepthRange wanted = wanted_depths(axis, u, v);
   if (wanted.low > wanted.high) return;
-  // Squared distance from the ball, by axis; and what remains for the distance along the ray.
+  // Squared distances from the centre across the ray. near2 is what remains of the squared reach
+  // for the distance along the ray.
   const auto off2 = [&](float place, int i) {
     const float distance = std::max(0.0f, std::fabs(place - centre_[i]) - around_);
     return distance * distance;
@@ -442,7 +445,7 @@ void NodeBand::add_ends(const FieldSnapshot& field, int u, int v, FieldEnds& to,
   end.place[v_index(axis)] = static_cast<float>(v) + 0.5f;
   end.axis = axis;
   const auto add = [&](float depth, uint32_t normal, bool at_out, uint8_t material, Color paint) {
-    // Neither node of its lattice edge is in the box.
+    // Skips an end if neither node of its lattice edge is in the box.
     if (depth - 0.5f < lowest - 1 || depth - 0.5f >= beyond) return;
     if (depth < wanted.low || depth > wanted.high || off2(depth, d) > near2) return;
     end.place[d] = depth;
@@ -450,6 +453,7 @@ void NodeBand::add_ends(const FieldSnapshot& field, int u, int v, FieldEnds& to,
     end.material = material;
     end.paint = paint;
     to.materials |= uint64_t{1} << material;
+    to.masked |= mask_of(paint) != 0;
     if (!is_major<axis>(normal)) {
       to.minor.push_back(end);
       return;
@@ -474,14 +478,11 @@ template <Axis axis>
 void NodeBand::read_ends(const TriDexel& model) {
   const FieldSnapshot& field = model.field(turn_.old(axis)).view();
   FieldEnds& to = fields_[static_cast<size_t>(axis)];
-  Index3 nodes;
-  nodes[u_index(axis)] = field.nodes_u();
-  nodes[v_index(axis)] = field.nodes_v();
-  nodes[depth_index(axis)] = field.nodes_depth();
-  const NodeBox there = box_.within({Index3::Zero(), nodes});
+  const NodeBox there = box_.within(lattice_nodes(model.lattice()).turned(turn_));
   to.ends.clear();
   to.minor.clear();
   to.materials = 0;
+  to.masked = false;
   to.layers.clear();
   to.of_rows.assign(axis == Axis::z ? ny_ : nz_, {});
   to.of_rays.assign(to.of_rows.size() * (axis == Axis::x ? ny_ : blocks_), {});
@@ -544,6 +545,7 @@ void NodeBand::join_ends() {
     minor[i] = count;
     count += fields_[static_cast<size_t>(kEndOrder[i])].minor.size();
   }
+  masked_ = fields_[0].masked || fields_[1].masked || fields_[2].masked;
   const uint64_t materials = fields_[0].materials | fields_[1].materials | fields_[2].materials;
   only_material_.reset();
   if (std::has_single_bit(materials))
@@ -572,8 +574,8 @@ void NodeBand::offer_minor_ends() {
     for (size_t e = first_minor_; e < ends_.size(); e++) {
       const SurfaceEnd& end = ends_[e];
       const int d = depth_index(end.axis);
-      Index3 node = end.place.array().cast<int>();  // no coordinate is negative
-      node[d] = static_cast<int>(1 + (end.place[d] - 0.5f)) - 1;
+      Index3 node = end.place.array().floor().cast<int>();
+      node[d] = static_cast<int>(std::floor(1 + (end.place[d] - 0.5f))) - 1;
       for (int step = 0; step < 2; step++, node[d]++) {
         if (node[d] < box_.low[d] || node[d] >= box_.high[d]) continue;
         const Eigen::Array<size_t, 3, 1> at = (node - box_.low).cast<size_t>();

@@ -6,21 +6,23 @@
 //   |phi|      from the node's nearest end (place p, normal n), at a distance d = x - p:
 //              max(|d . n|, sqrt(max(0, |d|^2 - 1))), at most `width`
 //
-// The 1 is one cell of sideways distance: within it, the end's own plane is used. A field has such
-// an end near each point of a plane (within 0.97 cells) under one condition. The normal's component
-// along its rays must be at least 0.75 of the largest. Therefore, nodes that are no neighbours of
-// the surface need the ends of only one field. These are the `major` ends:
+// The 1 is a sideways distance of one cell. Up to that distance, |phi| is the distance from the
+// end's plane. A field sees a plane if the component of the plane's normal along the field's rays
+// is at least 0.75 of the largest component. It then has an end within 0.97 cells of each point of
+// the plane. Therefore, nodes that are no neighbours of the surface need the ends of only one
+// field. These are the `major` ends:
 //
-//   z   where that holds
-//   y   where it holds, unless the component along z is above 0.87 of the largest
-//   x   where it holds, unless the component along z or y is
+//   z   if the z field sees the plane
+//   y   if the y field sees it, unless the component along z is above 0.87 of the largest
+//   x   if the x field sees it, unless the component along z or y is above 0.87 of the largest
 //
-// So two fields overlap in a range of 4 degrees. Each of the other ends serves only the two nodes
-// of its lattice edge.
+// So there is a range of 4 degrees in which two fields have major ends. Each of the other ends
+// serves only the two nodes of its lattice edge.
 //
-// Nodes are processed in rows along x. The number of rows near a surface is smallest if they run
-// along it. Therefore, a band can be read with the model's axes turned. Then boxes, nodes, places,
-// normals, axes and fields all use the new names. The z field above is the one with the new name z.
+// Nodes are processed in rows along x. The fewest rows are near a surface if the rows run along it.
+// Therefore, a band can be read with the model's axes renamed (AxisTurn). Then boxes, nodes,
+// places, normals, axes and fields all use the new names. The z field above is the field with the
+// new name z.
 #pragma once
 
 #include <algorithm>
@@ -72,6 +74,9 @@ struct NodeBox {
   }
 };
 
+// The nodes of a lattice.
+inline NodeBox lattice_nodes(const Lattice& lattice) { return {lattice.low(), lattice.high()}; }
+
 // A subset of the 16 nodes (i, j, k) ... (i + 15, j, k) of a box. Bit n of `nodes` is node i + n.
 struct NodeBlock {
   int i, j, k;
@@ -114,7 +119,8 @@ struct alignas(64) FloatRow {
 struct alignas(64) IndexRow {
   int32_t lane[16];
 };
-// Regions of one brush differ by a node per side. The extra memory lets them share one allocation.
+// Regions of one brush differ by up to a node per side. The extra memory lets them share one
+// allocation.
 inline size_t with_room(size_t size) { return size + size / 8; }
 // Aligned memory, so that no row of 16 crosses a cache line.
 template <class T>
@@ -184,8 +190,8 @@ struct DepthRange {
 };
 // Memory of one slice of nodes during the search for nearest ends.
 struct BandScratch {
-  // The distance of a node without an end. Rows are filled with it between slices, and seeds
-  // between fields.
+  // The squared distance of a node without an end. It is the initial value of rows before each
+  // slice, and of seeds before each field.
   float too_far = 0;
   Uncleared<FloatRow> seed_distance2, row_distance2;
   Uncleared<IndexRow> seed_end, row_end;
@@ -230,7 +236,7 @@ struct BandPart {
   uint32_t margin = kAll;
 };
 
-// The turn after which rows along x run along the surface within a ball as well as possible.
+// The turn of the axes after which rows along x follow the surface in a ball most closely.
 AxisTurn turn_along_surface(const TriDexel& model, const LatticePoint& centre, double reach);
 
 // Reads and stores signed distances. Keeps its memory between uses.
@@ -244,9 +250,9 @@ class NodeBand {
   void read(const TriDexel& model, const NodeBox& box, float width, AxisTurn turn = {},
             const BandPart& part = {});
 
-  // Reads some nodes of `box`, in the order of their indices. phi of the other nodes is
-  // unspecified. Only the nodes' places in the box count, so `nodes` may come from another box of
-  // the same size.
+  // Reads some nodes of `box`. `nodes` is in the order of their indices. phi of the other nodes is
+  // unspecified. The function uses only the nodes' indices in the box, so `nodes` may come from
+  // another box of the same size.
   void read_at(const TriDexel& model, const NodeBox& box, float width,
                const std::vector<NodeBlock>& nodes, AxisTurn turn = {});
 
@@ -281,22 +287,25 @@ class NodeBand {
     std::erase_if(to, [](const NodeBlock& block) { return block.nodes == 0; });
   }
   Index3 node_at(size_t index) const { return box_.node_at(index); }
-  // The fields, ordered by how much of the surface they measure best, the best first.
+  // The three fields, ordered by the share of the surface that each measures best, largest first.
   std::array<Axis, 3> order_by_surface() const;
   // rows_of returns the range of each row that contains the nodes. spread_rows extends ranges to
   // the rows within `reach` nodes along one axis.
   void rows_of(const std::vector<NodeBlock>& nodes, std::vector<detail::RowRange>& to) const;
   void spread_rows(const std::vector<detail::RowRange>& from, int axis, uint32_t reach,
                    std::vector<detail::RowRange>& to) const;
-  // Copies phi to the same places of `to`. It copies the nodes, those within two nodes along each
-  // axis, and some next to them.
+  // Copies phi of these nodes to the same indices of `to`, and of all nodes up to two nodes away
+  // along each axis. It may copy some more.
   void copy_phi(const std::vector<NodeBlock>& nodes, NodeValues& to);
-  // The same for all nodes with a computed side (see BandPart::margin), if these are not all nodes.
+  // The same for all nodes with a computed side. Call it only after a read() with a
+  // BandPart::margin.
   void copy_computed_phi(NodeValues& to) const { copy_rows(computed_, to); }
   // A node's nearest end; null if there is none within the width.
   const SurfaceEnd* nearest(const NodeBlock& block, int n) const {
     return nearest(block.place + static_cast<size_t>(n));
   }
+  // True if some end has a mask.
+  bool masked() const { return masked_; }
   // That end's material. It does not read the end if all ends have one material.
   std::optional<uint8_t> material(const NodeBlock& block, int n) const {
     const SurfaceEnd* end = nearest(block, n);
@@ -317,6 +326,7 @@ class NodeBand {
   struct FieldEnds {
     std::vector<SurfaceEnd> ends, minor;
     uint64_t materials = 0;  // bits
+    bool masked = false;     // one of them has a mask
     std::vector<detail::RayItems> rays;
     std::vector<detail::EndLayer> layers;
     std::vector<detail::DepthRange> of_rows, of_rays;
@@ -344,7 +354,7 @@ class NodeBand {
   float width_ = 0, reach_ = 0, around_ = 0;
   Eigen::Vector3f centre_ = Eigen::Vector3f::Zero();
   float farthest_ = 0;  // maximum useful distance of an end from a node
-  // By axis: squared distances from the ball, of nodes (along x: of blocks) and of their ends.
+  // As in BandSlice, by axis: of nodes (along x: of blocks), and of their ends.
   std::array<std::vector<float>, 3> away_, ends_away_;
   NodeValues phi_;
   // Per block: squared distance and index of the nearest end so far, and the nodes that have one.
@@ -354,6 +364,7 @@ class NodeBand {
   std::vector<SurfaceEnd> ends_;
   size_t first_minor_ = 0;  // in ends_
   std::optional<uint8_t> only_material_;
+  bool masked_ = false;
   std::vector<NodeBlock> known_blocks_;
   std::array<FieldEnds, 3> fields_;  // after the join, as indices into ends_
   // If only some nodes are wanted: the nodes of each block. By axis, for columns of kColumn by
@@ -362,7 +373,7 @@ class NodeBand {
   std::vector<uint16_t> wanted_;
   static constexpr int kColumn = 8;
   std::array<std::vector<detail::DepthRange>, 3> depths_;
-  // Spans of blocks of z rays.
+  // Spans of the z field, by blocks of rays.
   std::vector<detail::RayItems> rays_;
   std::vector<detail::BandSpans> span_layers_;
   std::vector<detail::BandScratch> scratch_;  // per thread

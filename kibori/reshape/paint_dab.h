@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Paint: a dab that colours the surface within a brush and moves nothing.
+// Paint and masks: dabs that change the colour or the mask of the surface within a brush, and move
+// nothing.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +18,12 @@ namespace kibori {
 // 1. Returns the number of ends whose colour changed. `materials` must not be empty. A material
 // number beyond it uses the last one. Errors: a brush that check_brush rejects, or a place that is
 // not finite.
-Result<int64_t> paint_dab(TriDexel& model, const Brush& brush, std::span<const Vec3> centres_mm,
+Result<int64_t> paint_dab(TriDexel& model, const Brush& brush, std::span<const DabPlace> at,
                           std::span<const Material> materials);
+
+// Changes the mask of every end within the brush by the rule brush.mask, with strength times
+// falloff. Returns the number of ends whose mask changed. Errors: as those of paint_dab; a mask by
+// height without a plane.
+Result<int64_t> mask_dab(TriDexel& model, const Brush& brush, std::span<const DabPlace> at);
 
 }  // namespace kibori

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Writes nodes that change sides into the spans of one field. It reads each ray, rebuilds it
-// between two nodes that stay, and writes it. Internal to `reshape`.
+// Writes nodes that change sides into the spans of one field. It reads each ray, rebuilds the part
+// between two nodes that do not change, and writes this part. Internal to `reshape`.
 //
-// The template argument `Change` describes the change. After on_ray(axis, u, v) it answers for that
-// ray, by the index k of a node along it:
+// The template argument `Change` describes the change. After on_ray(axis, u, v), its other
+// functions describe that ray. k is the index of a node along the ray:
 //
 //   changes(k)       true if the node, or an end next to it, may change
 //   inside(k)        after the change
@@ -29,7 +29,7 @@
 namespace kibori {
 
 // An old end belongs to the lattice edge that contains it. Float32 rounding may move it past the
-// edge's node by this distance [cells].
+// edge's node by up to this distance [cells].
 inline constexpr float kEdgeSlack = 1e-2f;
 
 inline float node_depth(int k) { return static_cast<float>(k) + 0.5f; }
@@ -55,7 +55,7 @@ struct Dress {
   Color paint = 0;
 };
 
-// One ray of one field, between nodes that stay.
+// A run of changed nodes on one ray of one field, between two nodes that do not change.
 struct RayRun {
   std::vector<Span> before;          // of the whole ray
   std::vector<DepthInterval> was;    // the same between `from` and `to`
@@ -106,7 +106,7 @@ double interface_volume(const Spans& spans) {
 }
 
 // Volume that a run adds and removes (dexel/volume.h) [cells^3]: the corrections of its ends, and
-// its nodes in the z field. Interfaces count only once the run is written.
+// its nodes in the z field. run.interfaces is 0 until the run is written.
 inline std::pair<double, double> volumes(const RayRun& run, bool of_z) {
   const auto volume = [&](const DepthInterval& piece) {
     // An end may be exactly at the run's upper node.
@@ -114,7 +114,8 @@ inline std::pair<double, double> volumes(const RayRun& run, bool of_z) {
     const RayVolume v(piece.from, piece.to, piece.weight_from, piece.weight_to);
     return v.correction() + (of_z ? v.nodes() : 0);
   };
-  // Intersection of two intervals. An end of both counts as the first one's.
+  // Intersection of two intervals. If both have an end at the same depth, the weight of the first
+  // interval's end is used.
   const auto shared = [](const DepthInterval& one, const DepthInterval& other) {
     DepthInterval both = one;
     if (other.from > one.from) {
@@ -148,14 +149,15 @@ class RayRanges {
     ranges_.assign(static_cast<size_t>(box.size()[u_]) * static_cast<size_t>(box.size()[v_]), {});
     before_.clear();
   }
-  // In any order. Includes all nodes between the included ones.
+  // Adds a node to the range of its ray. Calls may be in any order. A range also includes all nodes
+  // between its first and its last node.
   void include(const Index3& node) {
     Range& range = ranges_[place(node[u_], node[v_])];
     range.low = std::min(range.low, node[d_]);
     range.high = std::max(range.high, node[d_] + 1);
   }
-  // A row of nodes along x, on y or z rays. Call it in the rays' order. Bit n of `nodes`, which is
-  // not 0, is the node at + n.
+  // Adds a row of nodes along x, for y or z rays. Call it in increasing order of depth along the
+  // rays. Bit n of `nodes` is the node n steps after `at`. Precondition: `nodes` is not 0.
   void include_row(const Index3& at, unsigned nodes) {
     const Index3 first = at + Index3(std::countr_zero(nodes), 0, 0);
     const auto step = u_ == 0 ? size_t{1} : static_cast<size_t>(box_.size()[u_]);
@@ -177,15 +179,15 @@ class RayRanges {
   // Calls f(tu, tv) for the tiles of the box.
   template <class F>
   void for_tiles(F&& f) const {
-    const auto tile = [](int node) { return std::max(0, node) / kTileSide; };
-    for (int tv = tile(box_.low[v_]); tv <= tile(box_.high[v_] - 1); tv++)
-      for (int tu = tile(box_.low[u_]); tu <= tile(box_.high[u_] - 1); tu++) f(tu, tv);
+    for (int tv = tile_of_node(box_.low[v_]); tv <= tile_of_node(box_.high[v_] - 1); tv++)
+      for (int tu = tile_of_node(box_.low[u_]); tu <= tile_of_node(box_.high[u_] - 1); tu++)
+        f(tu, tv);
   }
   // Calls f(u, v, low, high) for the ranges of a tile's rays.
   template <class F>
   void for_rays(int tu, int tv, F&& f) const {
-    const int u0 = std::max({0, box_.low[u_], tu * kTileSide}),
-              v0 = std::max({0, box_.low[v_], tv * kTileSide});
+    const int u0 = std::max(box_.low[u_], tu * kTileSide),
+              v0 = std::max(box_.low[v_], tv * kTileSide);
     const int u1 = std::min(box_.high[u_], (tu + 1) * kTileSide),
               v1 = std::min(box_.high[v_], (tv + 1) * kTileSide);
     for (int v = v0; v < v1; v++)
@@ -221,10 +223,15 @@ class RayWriter {
  public:
   // `axis`: the field's axis in the frame of the change.
   RayWriter(const FieldSnapshot& field, Axis axis, Change& change)
-      : axis_(axis), nodes_(field.nodes_depth()), field_(field), change_(change) {}
+      : axis_(axis),
+        depth_begin_(static_cast<float>(field.depth_begin())),
+        depth_end_(static_cast<float>(field.depth_end())),
+        field_(field),
+        change_(change) {}
 
   // Calls f(run) for every run of changed nodes that changes spans of the ray at (u, v). It
-  // considers nodes low <= k < high. low - 1 and high also belong to the change's nodes, and stay.
+  // considers nodes low <= k < high. The change must also know the nodes low - 1 and high, which do
+  // not change.
   template <class F>
   void for_runs(int u, int v, int low, int high, F&& f) {
     change_.on_ray(axis_, u, v);
@@ -249,8 +256,8 @@ class RayWriter {
 
   // Writes a run into its ray. Sets run.interfaces.
   void write(Field& field, int u, int v, RayRun& run) {
-    Tile& tile = field.writable(u / kTileSide, v / kTileSide);
-    const int slot = (v % kTileSide) * kTileSide + u % kTileSide;
+    Tile& tile = field.writable(tile_of_node(u), tile_of_node(v));
+    const int slot = slot_of_ray(u, v);
     float gap = run.from;
     for (const DepthInterval& solid : run.solid) {
       if (gap < solid.from) cut_ray(field, tile, slot, gap, solid.from);
@@ -272,9 +279,8 @@ class RayWriter {
  private:
   // Computes the new ray between the changed nodes low <= k < high, into run_.
   void solve(int low, int high) {
-    const auto end_of_ray = static_cast<float>(nodes_);
-    run_.from = std::max(0.0f, node_depth(low - 1));
-    run_.to = std::min(end_of_ray, node_depth(high));
+    run_.from = std::max(depth_begin_, node_depth(low - 1));
+    run_.to = std::min(depth_end_, node_depth(high));
     run_.solid.clear();
     run_.ends.clear();
     run_.changes = false;
@@ -295,7 +301,7 @@ class RayWriter {
     }
     if (in) run_.solid.push_back({start, run_.to, start_weight, 0});
     find_old_intervals(low, high);
-    // Spans that hold no node, and removed ends.
+    // The number of ends also changes if a span without a node vanishes.
     size_t ends_before = 0;
     for (size_t i = 0; i < run_.before.size(); i++) {
       const Span& span = run_.before[i];
@@ -303,7 +309,7 @@ class RayWriter {
       ends_before += run_.is_surface(i, true) && span.out > run_.from && span.out <= run_.to;
     }
     run_.changes |= ends_before != run_.ends.size();
-    // Rounding may make this field differ from the others at a node. That is corrected here.
+    // Rounding may have made this field differ from the others at a node. Then write the run, too.
     for (int k = low; k < high && !run_.changes; k++) {
       const auto holds = [&](const Span& span) {
         return span.in <= node_depth(k) && node_depth(k) < span.out;
@@ -349,8 +355,8 @@ class RayWriter {
     // Clamps to the range between the two nodes, and to the lattice. A span is half-open, so the
     // end may be at the upper node.
     const float clamped =
-        std::clamp(end.depth, std::max(0.0f, std::nextafter(node_depth(k - 1), kFar)),
-                   std::min(static_cast<float>(nodes_), node_depth(k)));
+        std::clamp(end.depth, std::max(depth_begin_, std::nextafter(node_depth(k - 1), kFar)),
+                   std::min(depth_end_, node_depth(k)));
     if (end.known) end.moved += clamped - end.depth;
     end.depth = clamped;
     if (end.known && end.moved == 0) return end;
@@ -403,7 +409,7 @@ class RayWriter {
   }
 
   const Axis axis_;
-  const int nodes_;
+  const float depth_begin_, depth_end_;
   const FieldSnapshot& field_;
   Change& change_;
   RayRun run_;

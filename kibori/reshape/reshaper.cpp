@@ -23,8 +23,8 @@ constexpr double kReachSlack = 0.01;
 // a dab takes a seventh longer.
 constexpr double kFilterReach = 2.5;
 
-// A filter's band is wider than the filter's reach by this [sigma, and cells]. If nodes near the
-// surface read clamped distances, a plane creeps.
+// A filter's band is wider than the filter's reach by this [sigma, and cells]. Otherwise, nodes
+// near the surface would use clamped distances, and the filter would move a plane.
 constexpr double kBandSigmas = 0.5, kBandCells = 2;
 
 // Bisections for a filter's width: to 1e-6 of a cell.
@@ -37,8 +37,8 @@ constexpr double kMinSigma = 0.05;
 // its normal.
 constexpr double kMinWidth = 4;
 
-// Nodes up to this depth [sigma, and cells] may change sides in one dab. The middle of a slab that
-// vanishes is at 0.8 sigma. A cube's corner moves by 1.5.
+// Nodes up to this depth [sigma, and cells] may change sides in one dab. The deepest cases: the
+// middle of a slab that vanishes is 0.8 sigma deep, and a cube's corner moves by 1.5 sigma.
 constexpr double kCoreSigmas = 1.6, kCoreCells = 1.5;
 // Nodes up to this depth [cells] are computed first. They are enough for a surface that moves by
 // half a cell. The others are computed only if it moves farther.
@@ -47,13 +47,13 @@ constexpr double kNearRise = 0.5;
 
 // Maximum number of secant steps to keep the volume. The steps converge in two or three.
 constexpr int kMaxVolumeSteps = 8;
-// Relative to the moved volume.
+// Permitted error of the volume, as a share of the moved volume.
 constexpr double kVolumeTolerance = 1e-4;
 // Maximum rise of the surface per dab [cells] to restore the pending volume of earlier dabs.
 constexpr double kPendingRise = 0.02;
 
 // Material is reported as dropped if the surface would be half of this [cells] beyond the lattice.
-// Less is rounding, and noise of faces on the border.
+// Smaller amounts are rounding error, or noise of faces on the border.
 constexpr float kMinClipped = 0.1f;
 
 constexpr double kMaxRegionNodes = 2147483648.0;
@@ -72,7 +72,7 @@ double exp_minus(double x) {
 }
 
 // The weights of a Gaussian at 0, 1, ... cells. The sum of both sides is 1. The variance of the
-// weights is sigma^2, as without sampling and cut-off.
+// weights is sigma^2, in spite of sampling and cut-off.
 void gaussian(double sigma, std::vector<float>& kernel) {
   const int reach = sigma < kMinSigma ? 0 : static_cast<int>(std::ceil(kFilterReach * sigma));
   kernel.assign(static_cast<size_t>(reach) + 1, 1);
@@ -110,10 +110,11 @@ NodeBox nodes_within(const LatticePoint& centre, double radius) {
   return box;
 }
 
-// True if the brush's ball meets the lattice, so that its nodes are small integers.
+// True if the brush's ball meets the lattice. Then the indices of its nodes fit into an int.
 bool meets(const Lattice& lattice, const LatticePoint& centre, double radius) {
   for (int i = 0; i < 3; i++)
-    if (!(centre[i] + radius > 0 && centre[i] - radius < lattice.nodes[i])) return false;
+    if (!(centre[i] + radius > lattice.low()[i] && centre[i] - radius < lattice.high()[i]))
+      return false;
   return true;
 }
 
@@ -135,23 +136,33 @@ Reshaper::Cluster Reshaper::Cluster::turned(AxisTurn by) const {
   Cluster turned{region.turned(by), centres, own, pending};
   for (Centre& centre : turned.centres)
     centre = {LatticePoint{by.turn(centre.at.units)},
-              {by.turn(centre.flat.point_mm), by.turn(centre.flat.normal)}};
+              {by.turn(centre.flat.point_mm), by.turn(centre.flat.normal)},
+              {by.turn(centre.alpha.along), by.turn(centre.alpha.across), centre.alpha.shift}};
   return turned;
 }
 
-Status check_brush(const Brush& brush, FieldVerb verb) {
+Status check_brush(const Brush& brush, bool below_0) {
   if (!(brush.radius_mm > 0) || !std::isfinite(brush.radius_mm))
     return Error{"a brush's radius must be a positive number of mm"};
   if (!(std::fabs(brush.strength) <= 1))
     return Error{"a brush's strength must be a number from 0 to 1"};
-  if (brush.strength < 0 && verb != FieldVerb::inflate)
-    return Error{"a brush's strength must be a number from 0 to 1; only inflate takes one below 0"};
+  if (brush.strength < 0 && !below_0)
+    return Error{
+        "this brush's strength must be a number from 0 to 1; only inflate, crease, pinch and mask "
+        "accept a negative strength"};
   if (!(brush.sigma_mm >= 0) || !std::isfinite(brush.sigma_mm))
     return Error{"a brush's sigma must be a number of mm, or 0 for an eighth of the radius"};
   if (!(brush.wall_mm >= 0) || !std::isfinite(brush.wall_mm))
     return Error{"a wall between two fingers must be a number of mm, or 0 for one finger"};
   if (!(brush.spacing >= kMinDabSpacing && brush.spacing <= kMaxDabSpacing))
     return Error{"a brush's spacing must be a number from 0.05 to 2, of its radius"};
+  if (brush.mask == MaskVerb::height && brush.flatten_to != FlattenTo::plane)
+    return Error{"a mask by height needs a plane with a point and a normal"};
+  if (!(brush.mask_material >= 0 && brush.mask_material < kMaxMaterials) ||
+      brush.mask_material != std::floor(brush.mask_material))
+    return Error{"a brush's mask_material must be the number of a material, from 0 to 63"};
+  if (brush.alpha == Alpha::picture && !brush.picture)
+    return Error{"a brush with the texture 'picture' needs a picture; give a PNG file"};
   const double length = brush.plane.normal.norm();
   if (!brush.plane.point_mm.allFinite() || !(length > 0) || !std::isfinite(length))
     return Error{"a plane to flatten to needs a finite point and a normal that is not 0"};
@@ -160,7 +171,8 @@ Status check_brush(const Brush& brush, FieldVerb verb) {
 
 Result<Reshaped> Reshaper::dab(TriDexel& model, FieldVerb verb, const Brush& brush,
                                std::span<const DabPlace> places, double pending_mm3) {
-  if (const Status fine = check_brush(brush, verb); !fine) return Error{fine.error()};
+  if (const Status fine = check_brush(brush, verb == FieldVerb::inflate); !fine)
+    return Error{fine.error()};
   const Lattice& lattice = model.lattice();
   const double radius = brush.radius_mm / lattice.pitch_mm;
   const double sigma = std::min(sigma_mm(brush) / lattice.pitch_mm, kMaxSigmaCells);
@@ -171,7 +183,7 @@ Result<Reshaped> Reshaper::dab(TriDexel& model, FieldVerb verb, const Brush& bru
                     : moves + 2,
       kMinWidth);
   const auto border = static_cast<int>(std::ceil(width)) + static_cast<int>(kernel_.size()) + 1;
-  const NodeBox whole = NodeBox{Index3::Zero(), lattice.nodes}.grown(border);
+  const NodeBox whole = lattice_nodes(lattice).grown(border);
 
   std::vector<Cluster> clusters;
   for (size_t i = 0; i < places.size(); i++) {
@@ -179,7 +191,8 @@ Result<Reshaped> Reshaper::dab(TriDexel& model, FieldVerb verb, const Brush& bru
     if (!place.centre_mm.allFinite()) return Error{"a dab's place must be finite"};
     const LatticePoint at = lattice.to_lattice(place.centre_mm);
     if (brush.strength == 0 || !meets(lattice, at, radius)) continue;
-    Cluster here{nodes_within(at, radius).grown(border).within(whole), {{at, {}}}, i == 0, 0};
+    Cluster here{
+        nodes_within(at, radius).grown(border).within(whole), {{at, {}, place.alpha}}, i == 0, 0};
     if (to_plane(verb)) {
       std::optional<FlatPlane> plane = place.plane;
       if (!plane && brush.flatten_to == FlattenTo::plane) plane = brush.plane;
@@ -264,7 +277,7 @@ Result<Reshaped> Reshaper::dab_cluster(TriDexel& model, FieldVerb verb, const Br
       changes_beyond(band_, after_, touched_, kNearCore, *deepest, threads_))
     compute(deepest, std::numeric_limits<double>::infinity());
   Reshaped done = writer_->write(model, after_);
-  // A brush that keeps the volume moves what is dropped here to other places.
+  // A brush that keeps the volume restores the dropped volume elsewhere.
   done.clipped = clipped_ && !(brush.keep_volume && verb == FieldVerb::smooth);
   return done;
 }
@@ -276,6 +289,7 @@ bool Reshaper::compute_phi_after(const TriDexel& model, FieldVerb verb, const Br
                                  std::optional<float> core, double max_sum) {
   const NodeValues& phi = band_.phi();
   weigh(brush, cluster, radius, verb == FieldVerb::inflate ? kMaxSum : 1, core);
+  if (band_.masked()) mask_weights(verb);
   writer_->begin(band_, touched_, threads_);
 
   const auto strength = static_cast<float>(brush.strength);
@@ -308,12 +322,12 @@ bool Reshaper::compute_phi_after(const TriDexel& model, FieldVerb verb, const Br
         after_[touched_[b].place + lane] = was + strength * weights_[b][lane] * by;
       });
   }
-  // There is no material beyond the lattice.
+  // Keeps the nodes beyond the lattice outside, because there is no material.
   const auto outside_stays = [&] {
-    const NodeBox all{Index3::Zero(), band_.turn().turn(model.lattice().nodes)};
+    const NodeBox all = lattice_nodes(model.lattice()).turned(band_.turn());
     clipped_ = false;
-    // True if the surface between a node outside and one inside next to it is now beyond the border.
-    // The border is in the middle between the two.
+    // True if the surface between a node outside and one inside next to it is now beyond the
+    // border. The border is in the middle between the two.
     const auto crosses_border = [&](const Index3& at, size_t node) {
       for (int axis = 0; axis < 3; axis++)
         for (const int side : {-1, 1}) {
@@ -365,7 +379,7 @@ bool Reshaper::compute_phi_after(const TriDexel& model, FieldVerb verb, const Br
     }
     const double max_pending = kPendingRise * brush.strength * area,
                  pending = std::clamp(cluster.pending, -max_pending, max_pending);
-    // The volume that is then missing, with opposite sign.
+    // Returns the change of volume for this lambda, minus the pending volume. 0 is the goal.
     const auto with = [&](double lambda) {
       for_touched([&](size_t node, float weight) {
         if (first_[node] != phi[node])
@@ -402,8 +416,9 @@ std::optional<Reshaper::SurfaceSample> Reshaper::surface_under(const TriDexel& m
   const Lattice& lattice = model.lattice();
   const LatticePoint centre = lattice.to_lattice(centre_mm);
   const double radius = brush.radius_mm / lattice.pitch_mm;
-  if (!check_brush(brush) || !centre_mm.allFinite() || !meets(lattice, centre, radius)) return {};
-  const NodeBox all{Index3::Zero(), lattice.nodes};
+  if (!check_brush(brush, true) || !centre_mm.allFinite() || !meets(lattice, centre, radius))
+    return {};
+  const NodeBox all = lattice_nodes(lattice);
   band_.read(model, nodes_within(centre, radius).within(all).grown(1), 1);
   Vec3 place = Vec3::Zero(), normal = Vec3::Zero();
   double area = 0;
@@ -425,8 +440,8 @@ std::optional<Reshaper::SurfaceSample> Reshaper::surface_under(const TriDexel& m
                        static_cast<uint8_t>(largest)};
 }
 
-// The nodes that a verb may change, and the brush's falloff there. They are those of the whole
-// ball, or of the band within it where |phi| < core. Falloffs of several places add up, to at most
+// The nodes that a verb may change, and the brush's falloff there. They are all nodes of the ball,
+// or only those with |phi| < core if `core` is given. Falloffs of several places add up, to at most
 // `max_sum`.
 void Reshaper::weigh(const Brush& brush, const Cluster& cluster, double radius, double max_sum,
                      std::optional<float> core) {
@@ -444,8 +459,10 @@ void Reshaper::weigh(const Brush& brush, const Cluster& cluster, double radius, 
   const auto weight_at = [&](const Vec3& place) {
     double sum = 0, height = 0;
     for (const Centre& centre : cluster.centres) {
-      const double weight =
-          falloff_of_square(brush.falloff, (place - centre.at.units).squaredNorm() / radius2);
+      const Vec3 offset = place - centre.at.units;
+      const double falloff = falloff_of_square(brush.falloff, offset.squaredNorm() / radius2);
+      if (falloff == 0) continue;
+      const double weight = falloff * alpha_weight(brush, centre.alpha, offset / radius);
       if (weight == 0) continue;
       sum += weight;
       if (!core) height += weight * centre.flat.normal.dot(place - centre.flat.point_mm);
@@ -492,9 +509,47 @@ void Reshaper::weigh(const Brush& brush, const Cluster& cluster, double radius, 
   band_.copy_phi(touched_, after_);
 }
 
-// Computes G phi at the touched nodes, into second_. The last pass fills the requested nodes of the
-// rows along x. Each earlier pass fills what the next one reads. This is the least work if the
-// first pass goes through the surface, and the others along it.
+// Reduces the weights where the surface is masked.
+void Reshaper::mask_weights(FieldVerb verb) {
+  NodeValues &share = first_, &distance = second_;
+  detail::make_items(share, band_.phi().size());
+  detail::make_items(distance, band_.phi().size());
+  std::fill(distance.begin(), distance.end(), kFar);
+  std::fill(share.begin(), share.end(), 1.0f);
+  for (const NodeBlock& block : band_.blocks())
+    block.for_nodes([&](int n) {
+      const size_t node = block.place + static_cast<size_t>(n);
+      share[node] = static_cast<float>(unmasked_share(band_.nearest(node)->paint));
+      distance[node] = 0;
+    });
+  // A verb that works towards a plane also changes nodes whose nearest end is not known. They have
+  // the mask of the known node that is the smallest number of steps away.
+  if (to_plane(verb)) {
+    const Index3 size = band_.box().size();
+    const auto spread = [&](size_t node, const Index3& at, int side) {
+      for (int axis = 0; axis < 3; axis++) {
+        if (side < 0 ? at[axis] == 0 : at[axis] + 1 == size[axis]) continue;
+        const size_t next = side < 0 ? node - band_.stride(axis) : node + band_.stride(axis);
+        if (distance[next] + 1 >= distance[node]) continue;
+        distance[node] = distance[next] + 1;
+        share[node] = share[next];
+      }
+    };
+    const Index3 low = band_.box().low;
+    for (size_t node = 0; node < distance.size(); node++)
+      spread(node, band_.node_at(node) - low, -1);
+    for (size_t node = distance.size(); node-- > 0;) spread(node, band_.node_at(node) - low, 1);
+  }
+  for (size_t b = 0; b < touched_.size(); b++)
+    touched_[b].for_nodes([&](int n) {
+      const auto lane = static_cast<size_t>(n);
+      weights_[b][lane] *= share[touched_[b].place + lane];
+    });
+}
+
+// Computes G phi at the touched nodes, into second_, with one pass per axis. The last pass computes
+// the touched nodes. Each earlier pass computes what the next one reads. This is the least work if
+// the first pass is across the surface, and the others along it.
 void Reshaper::filter() {
   const auto reach = static_cast<uint32_t>(kernel_.size() - 1);
   std::array<int, 3> axis;

@@ -14,6 +14,8 @@
 // Here s is the strength and w the falloff of brush.h. Smoothing at full strength removes a slab
 // thinner than 1.6 sigma.
 //
+// The mask of the surface (color.h) reduces w: each node has the mask of its nearest end.
+//
 // A dab may have images elsewhere. If their regions meet, their falloffs add up in one dab: to at
 // most 1, or kMaxSum for inflate.
 #pragma once
@@ -31,13 +33,6 @@
 #include <kibori/reshape/node_band.h>
 
 namespace kibori {
-
-// The place of a dab. `plane` is for flatten, trim and build. The default is the brush's own plane,
-// or the plane fitted to the surface within the brush.
-struct DabPlace {
-  Vec3 centre_mm = Vec3::Zero();
-  std::optional<FlatPlane> plane = {};
-};
 
 class WriteBack;
 
@@ -85,6 +80,7 @@ class Reshaper {
   struct Centre {
     LatticePoint at;
     FlatPlane flat;  // for verbs that work towards a plane, point in lattice units
+    AlphaFrame alpha;
   };
   // Places whose regions meet.
   struct Cluster {
@@ -104,6 +100,7 @@ class Reshaper {
                          double max_sum);
   void weigh(const Brush& brush, const Cluster& cluster, double radius, double max_sum,
              std::optional<float> core);
+  void mask_weights(FieldVerb verb);
   // Calls f(index, weight) for the nodes that a verb may change, or for those of one block.
   template <class F>
   void for_touched(F&& f) const {

@@ -34,7 +34,7 @@ void for_rays_through(const GridPoint& a, const GridPoint& b, const GridPoint& c
   if (area == 0) return;
   const bool out = area > 0;
   const GridPoint &p = a, &q = out ? b : c, &r = out ? c : b;
-  const auto first = [](int64_t low) {  // node whose ray is at or above
+  const auto first = [](int64_t low) {  // first node at or above `low`
     return static_cast<int>((low + kGrid / 2 - 1) >> kGridBits);
   };
   const auto last = [](int64_t high) { return static_cast<int>((high - kGrid / 2) >> kGridBits); };

@@ -10,6 +10,7 @@
 #include <kibori/base/memory.h>
 #include <kibori/base/parallel.h>
 #include <kibori/edit/edit.h>
+#include <kibori/reshape/connected_nodes.h>
 #include <kibori/reshape/ray_writer.h>
 #include <kibori/reshape/triangle_rays.h>
 #include <kibori/solid/convex.h>
@@ -22,7 +23,8 @@ constexpr double kStays = 1e-4;
 // Longer edges [cells] are split, at most kMaxSplits times.
 constexpr double kLongEdge = 1.5;
 constexpr int kMaxSplits = 14;
-// A corner is smooth if its normal is within acos of this of the triangle's normal.
+// A corner is smooth if the cosine of the angle between its normal and the triangle's is above
+// this.
 constexpr double kSmooth = 0.9;
 constexpr double kUnit = 1e-6;
 constexpr double kWarpPi = 3.14159265358979323846;
@@ -32,10 +34,11 @@ constexpr float kOnNode = 1e-3f;
 constexpr size_t kTrianglesOfPiece = 1024;
 // Step for derivatives of a map [cells].
 constexpr double kDelta = 1e-4;
-// Nodes around the moving region: a vertex may be a cell away from its own cell.
+// Number of nodes to add around the moving region, because a vertex may be a cell outside its own
+// cell.
 constexpr int kBorder = 4;
-// Maximum distance of an end from its edge [cells]. Vertices of a sharp edge leave their cells by
-// this much.
+// Maximum distance of an end from its edge [cells]. A vertex on a sharp edge may be this far
+// outside its cell.
 constexpr double kEndReach = 1.5;
 
 // A grab at constant volume lifts the surface by at most kMaxLift [cells], at most kMaxLifts times.
@@ -43,43 +46,23 @@ constexpr double kEndReach = 1.5;
 constexpr double kMaxLift = 0.25, kKept = 8e-4;
 constexpr int kMaxLifts = 4;
 
-// How far ahead of the hand nodes are read [cells].
+// Maximum distance [cells] by which the box to read is enlarged, so that a moving hand stays in it.
 constexpr double kMaxAhead = 16;
 
 constexpr double kBytesPerNode = 4, kMaxWarpNodes = 2147483648.0, kUncheckedWarpBytes = 64e6;
 
-Vec3 mapped(const std::vector<WarpMap>& maps, const Vec3& at) {
-  if (maps.size() == 1) return maps[0](at);
-  Vec3 sum = at;
-  for (const WarpMap& map : maps) sum += map(at) - at;
-  return sum;
-}
-
-// The surface normal after the maps, from the cofactors of their derivative.
-Vec3 turned(const std::vector<WarpMap>& maps, const Vec3& from, const Vec3& to,
-            const Vec3& normal) {
-  Mat3 slope;
-  for (int d = 0; d < 3; d++)
-    slope.col(d) = (mapped(maps, from + kDelta * Vec3::Unit(d)) - to) / kDelta;
-  Vec3 turned = Vec3::Zero();
-  for (int d = 0; d < 3; d++)
-    turned += normal[d] * slope.col((d + 1) % 3).cross(slope.col((d + 2) % 3));
-  const double length = turned.norm();
-  return length > 0 ? Vec3(turned / length) : normal;
-}
-
-// Orders the rays of a field tile by tile.
+// Orders the rays of a field tile by tile. kFirstTile: no lattice has a tile below it.
+constexpr int kFirstTile = -kMaxNodesPerAxis / kTileSide;
 uint64_t ray_key(int u, int v) {
-  const auto tile = [](int x) { return static_cast<uint64_t>(x / kTileSide); };
-  const auto in = [](int x) { return static_cast<uint64_t>(x % kTileSide); };
+  const auto tile = [](int x) { return static_cast<uint64_t>(tile_of_node(x) - kFirstTile); };
+  const auto in = [](int x) { return static_cast<uint64_t>(place_in_tile(x)); };
   return tile(v) << 40 | tile(u) << 20 | in(v) << 10 | in(u);
 }
-int key_u(uint64_t key) {
-  return static_cast<int>(key >> 20 & 0xFFFFF) * kTileSide + static_cast<int>(key & 0x3FF);
+int node_of_key(uint64_t tile, uint64_t in) {
+  return (static_cast<int>(tile) + kFirstTile) * kTileSide + static_cast<int>(in);
 }
-int key_v(uint64_t key) {
-  return static_cast<int>(key >> 40) * kTileSide + static_cast<int>(key >> 10 & 0x3FF);
-}
+int key_u(uint64_t key) { return node_of_key(key >> 20 & 0xFFFFF, key & 0x3FF); }
+int key_v(uint64_t key) { return node_of_key(key >> 40, key >> 10 & 0x3FF); }
 
 // The upper one of the two nodes around a depth.
 int edge_of(double depth) { return static_cast<int>(std::ceil(depth - 0.5)); }
@@ -112,9 +95,33 @@ struct Warp::Corner {
   Vec3 normal;  // of the original surface; at a sharp edge, of the triangle
   uint8_t material;
   Color paint;
+  double share;  // as in Vertex
   bool stays;
   int vertex;  // the vertex of this normal; negative: none
+  Movers movers;
 };
+
+Vec3 Warp::mapped(const std::vector<WarpMap>& maps, const Vec3& at, const Movers& movers,
+                  double share) {
+  if (share == 1 && maps.size() == 1) return movers[0] ? maps[0](at) : at;
+  Vec3 sum = at;
+  for (size_t i = 0; i < maps.size(); i++)
+    if (movers[i]) sum += share * (maps[i](at) - at);
+  return sum;
+}
+
+// The surface normal after the maps, from the cofactors of their derivative.
+Vec3 Warp::turned(const std::vector<WarpMap>& maps, const Corner& at) {
+  Mat3 slope;
+  for (int d = 0; d < 3; d++)
+    slope.col(d) =
+        (mapped(maps, at.from + kDelta * Vec3::Unit(d), at.movers, at.share) - at.to) / kDelta;
+  Vec3 turned = Vec3::Zero();
+  for (int d = 0; d < 3; d++)
+    turned += at.normal[d] * slope.col((d + 1) % 3).cross(slope.col((d + 2) % 3));
+  const double length = turned.norm();
+  return length > 0 ? Vec3(turned / length) : at.normal;
+}
 
 void Warp::begin() {
   base_ = model_.snapshot();
@@ -124,13 +131,40 @@ void Warp::begin() {
   chunks_.clear();
 }
 
+bool Warp::needs_room() const {
+  if (!grows_ || !clipped_) return false;
+  LatticeBox room = room_;
+  room.include(needed_);
+  return grown_to(base_->lattice, room).whole().units.size() != lattice_.whole().units.size();
+}
+
+void Warp::restore_base() {
+  if (warped_ || model_.generation() != generation_) model_.restore(*base_);
+  model_.set_lattice(lattice_);
+  warped_ = false;
+}
+
 Result<Reshaped> Warp::warp(WarpVerb verb, const Brush& brush, const std::vector<Drag>& drags) {
-  if (const Status fine = check_brush(brush, FieldVerb::smooth); !fine) return Error{fine.error()};
+  room_ = {};
+  for (;;) {
+    Result<Reshaped> result = warp_once(verb, brush, drags);
+    if (!result || !result.value().clipped || !needs_room()) return result;
+    room_.include(needed_);
+  }
+}
+
+Result<Reshaped> Warp::warp_once(WarpVerb verb, const Brush& brush,
+                                 const std::vector<Drag>& drags) {
+  if (const Status fine = check_brush(brush, verb == WarpVerb::pinch); !fine)
+    return Error{fine.error()};
+  if (drags.size() > kMaxDrags) return Error{"a warp can have at most 128 images"};
   if (!base_) begin();
-  const Lattice& lattice = model_.lattice();
+  lattice_ = room_.empty() ? base_->lattice : grown_to(base_->lattice, room_);
+  const Lattice& lattice = lattice_;
   const double radius = brush.radius_mm / lattice.pitch_mm;
   std::vector<WarpMap> maps;
-  std::vector<Drag> places;
+  std::vector<Drag> places;  // all drags
+  std::vector<Drag> moving;  // those of the maps
   NodeBox box;
   for (const Drag& drag : drags) {
     if (!drag.centre.allFinite() || !drag.displacement.allFinite() || !std::isfinite(drag.turn_rad))
@@ -148,33 +182,37 @@ Result<Reshaped> Warp::warp(WarpVerb verb, const Brush& brush, const std::vector
     NodeBox reach;
     for (int i = 0; i < 3; i++) {
       const auto node = [&](double at) {
-        return static_cast<int>(std::floor(std::clamp(at, -1.0, lattice.nodes[i] + 1.0)));
+        return static_cast<int>(
+            std::floor(std::clamp(at, lattice.low()[i] - 1.0, lattice.high()[i] + 1.0)));
       };
       reach.low[i] = node(map.reach().min[i]) - kBorder;
       reach.high[i] = node(map.reach().max[i]) + 1 + kBorder;
     }
-    reach = reach.within(NodeBox{Index3::Zero(), lattice.nodes}.grown(kBorder));
+    reach = reach.within(lattice_nodes(lattice).grown(kBorder));
     if (maps.empty())
       box = reach;
     else
       box = {box.low.min(reach.low), box.high.max(reach.high)};
     maps.push_back(map);
+    moving.push_back(in_cells);
   }
   const bool reads = !maps.empty() && !box_.holds(box);
   if (reads) {
     // Reads slightly more, so that a moving hand does not cause a read in every tick.
-    const NodeBox all = NodeBox{Index3::Zero(), lattice.nodes}.grown(kBorder);
+    const NodeBox all = lattice_nodes(lattice).grown(kBorder);
     if (!box_.empty()) box = {box_.low.min(box.low), box_.high.max(box.high)};
     box = box.grown(static_cast<int>(std::min(0.5 * radius, kMaxAhead))).within(all);
     if (!is_room_for(box)) return Error{kTooLarge};
   }
-  if (warped_ || model_.generation() != generation_) model_.restore(*base_);
-  warped_ = false;
+  restore_base();
+  clipped_ = false;
+  needed_ = {};
   Result<Reshaped> result = Reshaped{};
   if (verb == WarpVerb::node) {
     Reshaped& sum = result.value();
     for (const Drag& place : places) {
       const Reshaped put = put_node(radius, place);
+      clipped_ |= put.clipped;
       sum.added_mm3 += put.added_mm3;
       sum.removed_mm3 += put.removed_mm3;
       sum.points += put.points;
@@ -183,6 +221,11 @@ Result<Reshaped> Warp::warp(WarpVerb verb, const Brush& brush, const std::vector
     warped_ = true;
   } else if (!maps.empty()) {
     if (reads) read(box);
+    reaches_.clear();
+    if (verb == WarpVerb::grab_connected || verb == WarpVerb::hook)
+      for (const Drag& drag : moving)
+        reaches_.push_back({drag.centre, drag.centre + brush.strength * drag.displacement, radius});
+    find_movers();
     result = put(maps);
     if (result && verb == WarpVerb::grab && brush.keep_volume)
       result = keep_volume(maps, radius, result.value());
@@ -195,26 +238,35 @@ Result<Reshaped> Warp::warp(WarpVerb verb, const Brush& brush, const std::vector
 
 // Applies the maps to the base's triangles and writes the result.
 Result<Reshaped> Warp::put(const std::vector<WarpMap>& maps) {
+  move_vertices(maps);
+  if (needs_room()) {
+    Reshaped none;
+    none.clipped = true;
+    return none;
+  }
   move_triangles(maps);
-  // Overlapping images move the surface farther than each of them alone. A single image does not
-  // reach the nodes that are read in addition.
+  // Overlapping images together move the surface farther than each of them alone, so it may leave
+  // the box that was read. A single image cannot leave that box.
   const NodeBox crossed_box = maps.size() > 1 ? crossed() : NodeBox{};
   if (!crossed_box.empty() && !box_.holds(crossed_box)) {
     const NodeBox more{box_.low.min(crossed_box.low), box_.high.max(crossed_box.high)};
     if (!is_room_for(more)) return Error{kTooLarge};
     read(more);
+    find_movers();
+    move_vertices(maps);
     move_triangles(maps);
   }
   decide_nodes();
   return write();
 }
 
-// The maps keep the volume. But flat triangles are inside a curved surface, and rays along a flat
-// face measure it in steps. To restore the missing volume, the surface is lifted by an invisible
-// amount.
+// The maps keep the exact volume. But flat triangles are inside a curved surface, and rays along a
+// flat face measure it in steps. To restore the missing volume, the surface is lifted by a fraction
+// of a cell.
 Result<Reshaped> Warp::keep_volume(std::vector<WarpMap>& maps, double radius, Reshaped result) {
   const double pitch = model_.lattice().pitch_mm;
-  // The slope for a flat surface; later the secant's.
+  // The derivative of the volume by the lift: at first for a flat surface, then from the last two
+  // lifts.
   double slope =
       static_cast<double>(maps.size()) * kWarpPi / 3 * radius * radius * pitch * pitch * pitch;
   double lift = 0, more = result.added_mm3 - result.removed_mm3;
@@ -223,7 +275,8 @@ Result<Reshaped> Warp::keep_volume(std::vector<WarpMap>& maps, double radius, Re
     const double next = std::clamp(lift - more / slope, -kMaxLift, kMaxLift);
     if (next == lift) break;
     for (WarpMap& map : maps) map.lift(next);
-    model_.restore(*base_);
+    warped_ = true;
+    restore_base();
     Result<Reshaped> again = put(maps);
     if (!again) return again;
     result = again.value();
@@ -238,7 +291,7 @@ Result<Reshaped> Warp::keep_volume(std::vector<WarpMap>& maps, double radius, Re
 // The nodes around the crossings of the moved triangles with rays.
 NodeBox Warp::crossed() const {
   NodeBox crossed_box{Index3::Constant(INT_MAX), Index3::Constant(INT_MIN)};
-  const NodeBox all = NodeBox{Index3::Zero(), model_.lattice().nodes}.grown(kBorder);
+  const NodeBox all = lattice_nodes(model_.lattice()).grown(kBorder);
   for (int d = 0; d < 3; d++)
     for (const Crossing& c : crossings_[static_cast<size_t>(d)]) {
       Index3 at;
@@ -255,19 +308,18 @@ NodeBox Warp::crossed() const {
 // Reads the base's triangles, nodes and crossings within the box.
 void Warp::read(const NodeBox& box) {
   box_ = box;
-  const Lattice& lattice = model_.lattice();
-  const Index3 chunks = surface_chunks(lattice);
+  const Lattice& lattice = base_->lattice;
+  const ChunkRange chunks = surface_chunks(lattice);
   vertices_.clear();
   triangles_.clear();
-  const auto chunk_of = [](int node) { return std::max(0, node) / kChunkCells; };
+  static_assert(kChunkCells == kTileSide);
+  const auto first = [&](int d) { return std::max(chunks.low[d], tile_of_node(box.low[d]) - 1); };
+  const auto last = [&](int d) { return std::min(chunks.high[d] - 1, tile_of_node(box.high[d])); };
   std::vector<std::pair<Index3, SurfaceChunk*>> fresh;
   std::vector<const SurfaceChunk*> near;
-  for (int z = std::max(0, chunk_of(box.low[2]) - 1);
-       z <= std::min(chunks[2] - 1, chunk_of(box.high[2])); z++)
-    for (int y = std::max(0, chunk_of(box.low[1]) - 1);
-         y <= std::min(chunks[1] - 1, chunk_of(box.high[1])); y++)
-      for (int x = std::max(0, chunk_of(box.low[0]) - 1);
-           x <= std::min(chunks[0] - 1, chunk_of(box.high[0])); x++) {
+  for (int z = first(2); z <= last(2); z++)
+    for (int y = first(1); y <= last(1); y++)
+      for (int x = first(0); x <= last(0); x++) {
         const auto [found, is_new] = chunks_.try_emplace({x, y, z});
         if (is_new) fresh.push_back({{x, y, z}, &found->second});
         near.push_back(&found->second);
@@ -275,13 +327,13 @@ void Warp::read(const NodeBox& box) {
   run_parallel(threads_, fresh.size(),
                [&](size_t i) { *fresh[i].second = extract_chunk(*base_, fresh[i].first); });
   for (const SurfaceChunk* chunk : near) {
-    const auto first = static_cast<uint32_t>(vertices_.size());
+    const auto before = static_cast<uint32_t>(vertices_.size());
     for (const SurfaceVertex& v : chunk->vertices)
       vertices_.push_back(
-          {lattice.to_lattice(Vec3(v.position[0], v.position[1], v.position[2])).units, v.normal,
-           v.material, v.paint});
+          {lattice.to_lattice(Vec3(v.position[0], v.position[1], v.position[2])).units,
+           unmasked_share(v.paint), v.normal, v.material, v.paint});
     for (const SurfaceTriangle& t : chunk->triangles)
-      triangles_.push_back({t[0] + first, t[1] + first, t[2] + first});
+      triangles_.push_back({t[0] + before, t[1] + before, t[2] + before});
   }
   const auto columns = static_cast<size_t>(box.size()[0]) * static_cast<size_t>(box.size()[1]);
   columns_.assign(columns, {});
@@ -309,7 +361,7 @@ void Warp::read(const NodeBox& box) {
   for (int j = box.low[1]; j < box.high[1]; j++)
     for (int i = box.low[0]; i < box.high[0]; i++) {
       const size_t base = box_.index(i, j, box.low[2]);
-      if (i >= 0 && j >= 0 && i < lattice.nodes[0] && j < lattice.nodes[1])
+      if (z.has_ray(i, j))
         z.for_spans(i, j, [&](const Span& span) {
           const int low = std::max(box.low[2], edge_of(double{span.in})),
                     high = std::min(box.high[2], edge_of(double{span.out}));
@@ -319,8 +371,9 @@ void Warp::read(const NodeBox& box) {
           // fields decide if they agree.
           for (const float end : {span.in, span.out}) {
             const int k = static_cast<int>(std::floor(end));
-            if (std::fabs(end - node_depth(k)) > kOnNode || k < std::max(0, box.low[2]) ||
-                k >= std::min(lattice.nodes[2], box.high[2]))
+            if (std::fabs(end - node_depth(k)) > kOnNode ||
+                k < std::max(z.depth_begin(), box.low[2]) ||
+                k >= std::min(z.depth_end(), box.high[2]))
               continue;
             const bool in_x = covers(base_->field(Axis::x), j, k, i);
             if (in_x != covers(base_->field(Axis::y), k, i, j)) continue;
@@ -332,7 +385,7 @@ void Warp::read(const NodeBox& box) {
       // The winding number of the triangles around a node is known except for a constant per
       // column. The constant is the one that agrees with most nodes.
       std::vector<OldCrossing>& old = columns_[column(i, j)];
-      // A crossing on a node is on the side that the node's own state gives.
+      // If a crossing is on a node, it is moved to the side that agrees with the node's state.
       for (OldCrossing& crossing : old) {
         const int k = static_cast<int>(std::floor(crossing.depth));
         const double at = k + 0.5;
@@ -363,33 +416,55 @@ void Warp::read(const NodeBox& box) {
   after_ = before_;
 }
 
+// Finds which drags may move which vertices, for the verb of this warp.
+void Warp::find_movers() {
+  movers_.assign(vertices_.size(), reaches_.empty() ? Movers().set() : Movers());
+  for (size_t i = 0; i < reaches_.size(); i++) {
+    const ConnectedNodes connected(box_, before_, reaches_[i]);
+    run_parallel_ranges(threads_, vertices_.size(), [&](size_t first, size_t number) {
+      for (size_t v = first; v < first + number; v++) {
+        const Vertex& vertex = vertices_[v];
+        const Vec3 normal(vertex.normal[0], vertex.normal[1], vertex.normal[2]);
+        // A vertex beyond reach does not move anyway, so permit its move. Otherwise the points in
+        // the middle of its edges could not move either.
+        movers_[v][i] = !reaches_[i].holds(vertex.at) || connected.carry(vertex.at, normal);
+      }
+    });
+  }
+}
+
 void Warp::move_vertices(const std::vector<WarpMap>& maps) {
   moved_.resize(vertices_.size());
   turned_.resize(vertices_.size());
   turning_.assign(vertices_.size(), kNotTurned);
   stays_.resize(vertices_.size());
-  const Vec3 end = model_.lattice().whole().units.max;
+  const Box whole = model_.lattice().whole().units;
   std::atomic<bool> clipped = false;
   run_parallel_ranges(threads_, vertices_.size(), [&](size_t first, size_t number) {
     // Local pointers: a byte that is written may alias any member of this object.
     const Vertex* const vertices = vertices_.data() + first;
+    const Movers* const movers = movers_.data() + first;
     Vec3* const moved = moved_.data() + first;
     uint8_t* const stays = stays_.data() + first;
     bool out = false;
     for (size_t i = 0; i < number; i++) {
-      const Vec3 to = mapped(maps, vertices[i].at);
+      const Vec3 to = mapped(maps, vertices[i].at, movers[i], vertices[i].share);
       const bool stay = (to - vertices[i].at).squaredNorm() < kStays * kStays;
       stays[i] = stay;
       moved[i] = stay ? vertices[i].at : to;
-      out |= !stay && ((to.array() < 0).any() || (to.array() > end.array()).any());
+      out |= !stay &&
+             ((to.array() < whole.min.array()).any() || (to.array() > whole.max.array()).any());
     }
     if (out) clipped.store(true, std::memory_order_relaxed);
   });
   clipped_ = clipped;
+  if (!clipped_) return;
+  // One more cell of room, because the middles of split edges may be farther out.
+  for (size_t i = 0; i < moved_.size(); i++)
+    if (!stays_[i]) needed_.units.include(Box{moved_[i], moved_[i]}.grown(1));
 }
 
 void Warp::move_triangles(const std::vector<WarpMap>& maps) {
-  move_vertices(maps);
   moves_.resize(triangles_.size());
   // Pieces in the order of the triangles, so that the order of crossings does not depend on the
   // threads.
@@ -435,8 +510,10 @@ void Warp::move_triangle(const std::vector<WarpMap>& maps, size_t t, Crossings& 
                   smooth || !(length > 0) ? normal : Vec3(own / length),
                   v.material,
                   v.paint,
+                  v.share,
                   stays_[triangle[i]] != 0,
-                  smooth ? static_cast<int>(triangle[i]) : -1};
+                  smooth ? static_cast<int>(triangle[i]) : -1,
+                  movers_[triangle[i]]};
   }
   emit(maps, corners[0], corners[1], corners[2], 0, to);
 }
@@ -444,19 +521,22 @@ void Warp::move_triangle(const std::vector<WarpMap>& maps, size_t t, Crossings& 
 // Splits edges that are long after the move. Neighbours split a common edge in the same way.
 void Warp::emit(const std::vector<WarpMap>& maps, const Corner& a, const Corner& b, const Corner& c,
                 int depth, Crossings& to) {
-  const Index3& nodes = model_.lattice().nodes;
+  const NodeBox all = lattice_nodes(model_.lattice());
   const auto is_long = [&](const Corner& p, const Corner& q) {
     if (depth >= kMaxSplits || (p.to - q.to).squaredNorm() <= kLongEdge * kLongEdge) return false;
     // An edge outside the lattice meets no ray.
     for (int i = 0; i < 3; i++)
-      if (std::max(p.to[i], q.to[i]) < 0 || std::min(p.to[i], q.to[i]) > nodes[i]) return false;
+      if (std::max(p.to[i], q.to[i]) < all.low[i] || std::min(p.to[i], q.to[i]) > all.high[i])
+        return false;
     return true;
   };
   const auto middle = [&](const Corner& p, const Corner& q) {
     Corner m = p;
     m.vertex = -1;
     m.from = 0.5 * (p.from + q.from);
-    const Vec3 there = mapped(maps, m.from);
+    m.movers = p.movers & q.movers;
+    m.share = 0.5 * (p.share + q.share);
+    const Vec3 there = mapped(maps, m.from, m.movers, m.share);
     m.stays = (there - m.from).squaredNorm() < kStays * kStays;
     m.to = m.stays ? m.from : there;
     m.normal = p.normal + q.normal;
@@ -502,11 +582,11 @@ void Warp::emit(const std::vector<WarpMap>& maps, const Corner& a, const Corner&
 // value.
 Vec3 Warp::turned_normal(const std::vector<WarpMap>& maps, const Corner& at) {
   if (at.stays) return at.normal;
-  if (at.vertex < 0) return turned(maps, at.from, at.to, at.normal);
+  if (at.vertex < 0) return turned(maps, at);
   const auto vertex = static_cast<size_t>(at.vertex);
   const std::atomic_ref<uint8_t> state(turning_[vertex]);
   if (state.load(std::memory_order_acquire) == kTurned) return turned_[vertex];
-  Vec3 normal = turned(maps, at.from, at.to, at.normal);
+  Vec3 normal = turned(maps, at);
   uint8_t not_turned = kNotTurned;
   if (state.compare_exchange_strong(not_turned, kTurning, std::memory_order_relaxed)) {
     turned_[vertex] = normal;
@@ -525,13 +605,18 @@ void Warp::cross(const std::vector<WarpMap>& maps, const Corner& a, const Corner
   const auto turn = [&] {
     for (size_t i = 0; i < 3; i++) normals[i] = turned_normal(maps, *corners[i]);
     known = true;
+    if (a.share == b.share && b.share == c.share) return;
+    // At the rim of a mask, the normals of the maps do not include the slope of the mask.
+    const Vec3 face = (b.to - a.to).cross(c.to - a.to);
+    if (const double length = face.norm(); length > 0) normals.fill(face / length);
   };
-  const Index3 nodes = model_.lattice().nodes;
+  const NodeBox all = lattice_nodes(model_.lattice());
   for (int d = 0; d < 3; d++)
     for_rays_through(
         fa, fb, fc, d,
         [&](int u, int v, double depth, bool out, const std::array<double, 3>& weights) {
-          if (u < 0 || v < 0 || u >= nodes[(d + 1) % 3] || v >= nodes[(d + 2) % 3]) return;
+          const int du = (d + 1) % 3, dv = (d + 2) % 3;
+          if (u < all.low[du] || v < all.low[dv] || u >= all.high[du] || v >= all.high[dv]) return;
           if (!known) turn();
           Vec3 normal = Vec3::Zero();
           for (size_t i = 0; i < 3; i++) normal += weights[i] * normals[i];
@@ -544,16 +629,16 @@ void Warp::cross(const std::vector<WarpMap>& maps, const Corner& a, const Corner
         });
 }
 
-// Computes which nodes are now inside. A node's winding number is the old one, plus new crossings
-// below it, minus old crossings that left.
+// Computes which nodes are now inside. A node's winding number is the old one, plus the new
+// crossings below it, minus the old crossings below it whose triangle moved.
 void Warp::decide_nodes() {
   for (const uint32_t node : flagged_) {
     flags_[node] = 0;
     after_[node] = before_[node];
   }
   flagged_.clear();
-  const int low = std::max(0, box_.low[1]),
-            high = std::min(model_.lattice().nodes[1], box_.high[1]);
+  const NodeBox there = box_.within(lattice_nodes(model_.lattice()));
+  const int low = there.low[1], high = there.high[1];
   if (low >= high) return;
   std::vector<std::vector<uint32_t>> flagged(static_cast<size_t>(high - low));
   run_parallel_slices(threads_, flagged.size(), [&](size_t row, size_t) {
@@ -564,7 +649,7 @@ void Warp::decide_nodes() {
 }
 
 void Warp::decide_nodes_of_row(int j, std::vector<uint32_t>& flagged) {
-  const Lattice& lattice = model_.lattice();
+  const NodeBox there = box_.within(lattice_nodes(model_.lattice()));
   const Index3 size = box_.size();
   const size_t layer = static_cast<size_t>(size[0]) * static_cast<size_t>(size[1]);
   const std::vector<Crossing>& now = crossings_[2];
@@ -574,7 +659,7 @@ void Warp::decide_nodes_of_row(int j, std::vector<uint32_t>& flagged) {
     bool is_new;
   };
   std::vector<Event> events;
-  for (int i = std::max(0, box_.low[0]); i < std::min(lattice.nodes[0], box_.high[0]); i++) {
+  for (int i = there.low[0]; i < there.high[0]; i++) {
     events.clear();
     const uint64_t ray = ray_key(i, j);
     for (auto at = std::lower_bound(now.begin(), now.end(), ray,
@@ -589,8 +674,8 @@ void Warp::decide_nodes_of_row(int j, std::vector<uint32_t>& flagged) {
     if (events.empty()) continue;
     std::sort(events.begin(), events.end(),
               [](const Event& p, const Event& q) { return p.depth < q.depth; });
-    const int low = std::max({0, box_.low[2], edge_of(events.front().depth)}),
-              high = std::min({lattice.nodes[2], box_.high[2], edge_of(events.back().depth) + 1});
+    const int low = std::max(there.low[2], edge_of(events.front().depth)),
+              high = std::min(there.high[2], edge_of(events.back().depth) + 1);
     size_t next = 0;
     int change = 0;
     for (int k = low; k < high; k++) {
@@ -599,8 +684,8 @@ void Warp::decide_nodes_of_row(int j, std::vector<uint32_t>& flagged) {
       const size_t node =
           box_.index(i, j, box_.low[2]) + static_cast<size_t>(k - box_.low[2]) * layer;
       bool is = mesh_[node] + change > 0;
-      // Next to a sharp edge, the triangles and the dexels may disagree about a node. A node near a
-      // small move keeps its state.
+      // Next to a sharp edge, the triangles and the dexels may disagree about a node. If the
+      // winding number of a node near a new crossing does not change, the node keeps its state.
       if (change == 0 && is != (before_[node] != 0) &&
           std::any_of(events.begin(), events.end(), [&](const Event& e) {
             return e.is_new && std::fabs(e.depth - (k + 0.5)) < kEndReach;
@@ -634,7 +719,8 @@ class Warp::Change {
                               [](const Crossing& c, uint64_t key) { return c.ray < key; });
     end_ = begin_;
     while (end_ != all.end() && end_->ray == ray) ++end_;
-    nodes_ = of_.model_.lattice().nodes[d];
+    depth_begin_ = of_.model_.lattice().low()[d];
+    depth_end_ = of_.model_.lattice().high()[d];
   }
   bool changes(int k) const {
     return (of_.flags_[at(k)] & (kOtherSide | 1 << static_cast<int>(axis_))) != 0;
@@ -653,7 +739,7 @@ class Warp::Change {
     const NewEnd old = run.old_end(k, out);
     if (old.known) return old;
     // At the lattice's border, the end is cut off.
-    end.depth = k <= 0 ? 0.0f : static_cast<float>(std::min(k, nodes_));
+    end.depth = static_cast<float>(std::clamp(k, depth_begin_, depth_end_));
     return end;
   }
   uint8_t material(float depth) const {
@@ -688,7 +774,7 @@ class Warp::Change {
   const Warp& of_;
   Axis axis_ = Axis::z;
   size_t base_ = 0, stride_ = 1;
-  int first_ = 0, nodes_ = 0;
+  int first_ = 0, depth_begin_ = 0, depth_end_ = 0;
   std::vector<Crossing>::const_iterator begin_, end_;
 };
 
@@ -703,7 +789,7 @@ Reshaped Warp::write() {
       Index3 at;
       at[(d + 1) % 3] = key_u(c.ray);
       at[(d + 2) % 3] = key_v(c.ray);
-      at[d] = std::clamp(edge_of(c.depth), 0, lattice.nodes[d] - 1);
+      at[d] = std::clamp(edge_of(c.depth), lattice.low()[d], lattice.high()[d] - 1);
       if ((at <= box_.low).any() || (at >= box_.high - 1).any()) continue;
       const size_t node = box_.index(at[0], at[1], at[2]);
       const auto flag = [&](size_t which, uint8_t what) {
@@ -711,8 +797,8 @@ Reshaped Warp::write() {
         flags_[which] |= what;
       };
       flag(node, static_cast<uint8_t>(1 << d));
-      // If the surface moves next to a node at which the z field was overruled, the fields would
-      // disagree. Therefore, that node is written too.
+      // At a node where the z field was overruled, the fields of the base disagree. If the surface
+      // moves next to such a node, the node is written too, so that they agree.
       for (const size_t neighbour : {node, node - box_.stride(d)})
         if (std::binary_search(outvoted_.begin(), outvoted_.end(),
                                static_cast<uint32_t>(neighbour)))
@@ -754,10 +840,12 @@ Reshaped Warp::write() {
   return result;
 }
 
-// A pyramid over a square with sides of two radii on the surface, with its apex at the hand.
-// How far the surface is behind the base of a node's pyramid, at most [cells]. A curved surface
-// leaves the base's corners. `into`: 1 to look for material, -1 to look for air. Beyond an edge
-// there is no surface within reach.
+// The verb `node` adds or cuts a pyramid. Its base is a square on the surface with sides of two
+// radii. Its apex is at the hand.
+//
+// Returns the maximum distance of the surface behind the base [cells]. It is above 0 if the surface
+// is curved, because the base's corners then leave it. `into`: true looks for material, false looks
+// for air. Points without a surface within one radius are ignored.
 double Warp::depth_below_base(double radius, const Drag& drag, const Mat3& frame, bool into) const {
   constexpr double kStep = 0.5;
   const FieldSnapshot& z = base_->field(Axis::z);
@@ -775,12 +863,12 @@ double Warp::depth_below_base(double radius, const Drag& drag, const Mat3& frame
   return deepest > kStep ? std::min(deepest + kStep, radius) : 0;
 }
 
-// The material of the base that is nearest to a point along z.
+// The material in `base_` that is nearest to the point, along z.
 uint8_t Warp::material_at(const Vec3& point) const {
   const FieldSnapshot& z = base_->field(Axis::z);
   const auto i = static_cast<int>(std::floor(point.x())),
              j = static_cast<int>(std::floor(point.y()));
-  if (i < 0 || j < 0 || i >= z.nodes_u() || j >= z.nodes_v()) return 0;
+  if (!z.has_ray(i, j)) return 0;
   uint8_t material = 0;
   double nearest = kFar;
   z.for_spans(i, j, [&](const Span& span) {
@@ -815,8 +903,8 @@ Reshaped Warp::put_node(double radius, const Drag& drag) {
   // An apex that is far to the side would leave a slit between the pyramid and the surface.
   for (int i = 0; i < 2; i++) apex[i] = std::clamp(apex[i], -radius - apex.z(), radius + apex.z());
   ConvexBody body;
-  // Slightly below the surface, so that it is connected with the material. It is not so deep that
-  // flat faces spread there.
+  // The base is slightly below the surface, so that the pyramid is connected with the material.
+  // A deeper base would be larger than the square, because the pyramid widens downwards.
   const double below = std::min(0.5, 0.1 * apex.z());
   body.add_plane(Vec3::UnitZ(), below);
   for (int i = 0; i < 2; i++)
@@ -838,6 +926,7 @@ Reshaped Warp::put_node(double radius, const Drag& drag) {
   const uint8_t material = side > 0 ? material_at(drag.centre) : uint8_t{0};
   const auto apply = [&](const ConvexBody& shape) {
     const SweptConvex solid(shape, LatticePoint{drag.centre}, frame, LatticeVector{});
+    needed_.include(solid.bounds());
     if (side > 0)
       deposit(model_, solid, material, {}, removed);
     else

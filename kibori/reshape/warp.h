@@ -10,6 +10,7 @@
 #pragma once
 
 #include <array>
+#include <bitset>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -33,17 +34,28 @@ class Warp {
   // Number of threads of a warp. It does not change the result.
   void set_threads(int threads) { threads_ = threads; }
 
+  // Sets whether the model's lattice grows if a warp needs room. Otherwise, the material beyond it
+  // is cut off. The growth depends only on the lattice at begin() and on this warp, not on the
+  // warps between.
+  void set_grows(bool grows) { grows_ = grows; }
+
   // Sets the model to its state at begin(), warped. The result is relative to that state. `drags`
   // are in mm, for the hand and its images. If several reach a point, their displacements add up.
-  // Errors: a brush that check_brush rejects, a drag that is not finite or longer than
-  // kMaxDragRadii, or too little memory for the region. An error leaves the model unchanged.
+  // `grab_connected` and `hook` move only the surface of connected material. It must be connected,
+  // within the brush's reach, with the material at the drag's centre. Errors: a brush that
+  // check_brush rejects, a drag that is not finite or longer than kMaxDragRadii, more than
+  // kMaxDrags, or too little memory for the region. An error leaves the model unchanged.
   Result<Reshaped> warp(WarpVerb verb, const Brush& brush, const std::vector<Drag>& drags);
 
   static constexpr double kMaxDragRadii = 100;
+  static constexpr size_t kMaxDrags = 128;
 
  private:
+  // The maps that may move a point.
+  using Movers = std::bitset<kMaxDrags>;
   struct Vertex {
     Vec3 at;
+    double share;  // of the maps' displacement: unmasked_share
     std::array<float, 3> normal;
     uint8_t material;
     Color paint;
@@ -67,9 +79,17 @@ class Warp {
   class Change;
   struct Corner;
 
+  Result<Reshaped> warp_once(WarpVerb verb, const Brush& brush, const std::vector<Drag>& drags);
   Result<Reshaped> put(const std::vector<WarpMap>& maps);
+  void restore_base();
+  // True if the warp needs a larger lattice, and can have it.
+  bool needs_room() const;
   Result<Reshaped> keep_volume(std::vector<WarpMap>& maps, double radius, Reshaped result);
   void read(const NodeBox& box);
+  void find_movers();
+  static Vec3 mapped(const std::vector<WarpMap>& maps, const Vec3& at, const Movers& movers,
+                     double share);
+  static Vec3 turned(const std::vector<WarpMap>& maps, const Corner& at);
   NodeBox crossed() const;
   void move_vertices(const std::vector<WarpMap>& maps);
   void move_triangles(const std::vector<WarpMap>& maps);
@@ -90,7 +110,10 @@ class Warp {
   int threads_ = 1;
   std::optional<Snapshot> base_;
   uint64_t generation_ = 0;  // of the model after the last warp
-  bool warped_ = false;
+  bool warped_ = false, grows_ = false;
+  Lattice lattice_;    // of the model in this warp
+  LatticeBox room_;    // the box that lattice_ must contain
+  LatticeBox needed_;  // box of the moved surface
   // Data of the base, within box_.
   NodeBox box_;
   std::map<std::array<int, 3>, SurfaceChunk> chunks_;
@@ -101,6 +124,8 @@ class Warp {
   std::vector<std::vector<OldCrossing>> columns_;
   // Data of the current warp.
   bool clipped_ = false;                // a vertex moved beyond the lattice
+  std::vector<GrabReach> reaches_;      // of grab_connected, for each map
+  std::vector<Movers> movers_;          // of each vertex
   std::vector<Vec3> moved_;             // vertices
   std::vector<Vec3> turned_;            // their normals, computed on demand
   std::vector<uint8_t> turning_;        // state of turned_

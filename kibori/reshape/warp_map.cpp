@@ -12,13 +12,22 @@ namespace {
 // Step of a grab [radii]. (1 - r^2)^2 falls by at most 1.54 per radius, so a step of 0.65 folds the
 // surface.
 constexpr double kGrabStep = 0.5;
-// Step of a grab without sources, with four evaluations each (Runge and Kutta) [radii].
+// Step of a hook [radii]. (1 - r^4)^2 falls by at most 2.42 per radius.
+constexpr double kHookStep = 0.3;
+// Step of a divergence-free grab [radii]. Each step is one of the classical Runge-Kutta method.
 constexpr double kFlowStep = 0.1;
 // A step of scale changes lengths by at most this factor. At 2.25, the surface folds.
 constexpr double kScaleStep = 1.5;
 constexpr double kMinScale = 0.02, kLargestScale = 50;
 
 }  // namespace
+
+bool GrabReach::holds(const Vec3& point) const {
+  const Vec3 way = to - from;
+  const double length2 = way.squaredNorm();
+  const double share = length2 > 0 ? std::clamp((point - from).dot(way) / length2, 0.0, 1.0) : 0.0;
+  return (point - from - share * way).squaredNorm() < radius * radius;
+}
 
 WarpMap::WarpMap(WarpVerb verb, const Brush& brush, double radius, const Drag& drag)
     : verb_(verb),
@@ -30,19 +39,23 @@ WarpMap::WarpMap(WarpVerb verb, const Brush& brush, double radius, const Drag& d
   reach_.include(centre_);
   switch (verb) {
     case WarpVerb::grab:
+    case WarpVerb::grab_connected:
+    case WarpVerb::hook:
     case WarpVerb::nudge: {
       displacement_ = strength * drag.displacement;
       if (verb == WarpVerb::nudge) displacement_ -= displacement_.dot(drag.normal) * drag.normal;
-      keep_volume_ = brush.keep_volume;
+      keep_volume_ = brush.keep_volume && (verb == WarpVerb::grab || verb == WarpVerb::nudge);
       const double length = displacement_.norm();
       idle_ = !(length > 0);
       if (idle_) break;
-      const double max_step = (keep_volume_ ? kFlowStep : kGrabStep) * radius;
+      const double max_step = radius * (keep_volume_             ? kFlowStep
+                                        : verb == WarpVerb::hook ? kHookStep
+                                                                 : kGrabStep);
       steps_ = static_cast<int>(std::floor(length / max_step));
       step_ = displacement_ / length * max_step;
       rest_ = displacement_ - steps_ * step_;
-      // A step moves no point out of its ball, unless the whole ball moves alike. In a flow, the
-      // ball's points move with it.
+      // A step moves no point out of its ball, so the ball of the last step is enough. But with a
+      // constant falloff or in a flow, the points move with the ball, also in the last step.
       reach_.include(falloff_ == Falloff::constant || keep_volume_
                          ? Vec3(centre_ + displacement_)
                          : Vec3(centre_ + displacement_ - rest_));
@@ -108,6 +121,8 @@ Vec3 WarpMap::operator()(const Vec3& point) const {
   Vec3 y = point - centre_;
   switch (verb_) {
     case WarpVerb::grab:
+    case WarpVerb::grab_connected:
+    case WarpVerb::hook:
     case WarpVerb::nudge: {
       if (keep_volume_) return flow(point);
       Vec3 x = point, centre = centre_;

@@ -3,12 +3,14 @@
 // start of the stroke, and of the hand's displacement since then.
 //
 //   grab    x + w d                       d: the hand's displacement
-//   grab, keep volume                     a flow without sources:
+//   grab_connected                        as grab, for material connected with c (warp.h)
+//   grab, keep volume                     a divergence-free flow:
 //                                         v = w((1 - 4 r^2) d + 3 (d.x) x)
 //   nudge   as grab, d along the surface
 //   twist   a turn by w t                 about the tool's axis; t: its change of roll
-//   bend    a turn by w |d| / R           about axis x d: what is on the axis leans to d
-//   pinch   c + (1 - w q / (1 + q)) y     q = |d| / R, y = x - c
+//   bend    a turn by w |d| / R           about axis x d: the axis leans towards d
+//   hook    as grab_connected, with w(r^2): a wide middle moves as a whole, so a strand stays thick
+//   pinch   c + (1 - w q / (1 + q)) y     q = |d| / R, y = x - c; a negative strength spreads
 //   scale   c + (1 + w (g - 1)) y,        g^n = 1 + (d . axis) / R, g at most 1.5
 //           n times
 //
@@ -22,7 +24,7 @@
 
 namespace kibori {
 
-enum class WarpVerb { grab, nudge, twist, bend, pinch, scale, node };
+enum class WarpVerb { grab, nudge, twist, bend, pinch, scale, node, hook, grab_connected };
 
 // The drag of a hand. Lengths are in the units of the mapped points.
 struct Drag {
@@ -33,13 +35,21 @@ struct Drag {
   double turn_rad = 0;               // of the tool about its axis, since then
 };
 
+// A grab reaches the balls of `radius` about all points from `from` to `to` [lattice units].
+struct GrabReach {
+  Vec3 from = Vec3::Zero(), to = Vec3::Zero();
+  double radius = 0;
+
+  bool holds(const Vec3& point) const;
+};
+
 class WarpMap {
  public:
   // `radius`: of the brush, in the drag's units. The verb `node` is no map: it moves no point.
   WarpMap(WarpVerb verb, const Brush& brush, double radius, const Drag& drag);
 
   Vec3 operator()(const Vec3& point) const;
-  // No point outside this box moves, and no point leaves it.
+  // No point outside this box moves, and no point inside leaves it.
   const Box& reach() const { return reach_; }
   // True if no point moves.
   bool idle() const { return idle_; }
@@ -49,7 +59,8 @@ class WarpMap {
 
  private:
   double weight(const Vec3& from_centre) const {
-    return falloff_weight(falloff_, from_centre.norm() / radius_);
+    const double r = from_centre.norm() / radius_;
+    return falloff_weight(falloff_, verb_ == WarpVerb::hook ? r * r : r);
   }
   Vec3 flow(const Vec3& point) const;
 

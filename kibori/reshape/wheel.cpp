@@ -14,15 +14,16 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-// A body whose rays across the axis differ by less [cells] is rotationally symmetric already.
+// A body is already symmetric if its radii on the rays next to the axis differ by less than this
+// [cells].
 constexpr double kSymmetric = 2e-3;
 
-// A tool from above works the hollow if its tip is near the axis: within this share of the rim's
-// radius.
+// A tool from above works on the hollow if its tip is nearer to the axis than this share of the
+// rim's radius.
 constexpr double kWithinRim = 0.8;
 
-// Minimum thickness of a wall and of a body [cells]. A thinner one passes between nodes. One of a
-// whole number of cells would end on nodes.
+// Minimum thickness of a wall and of a body [cells]. A wall thinner than a cell could be between
+// two nodes. A wall of a whole number of cells could end on nodes.
 constexpr double kMinWall = 1.01;
 
 // Minimum radius of a hollow [cells]. At a smaller radius, float32 rounding would make the fields
@@ -33,20 +34,21 @@ constexpr double kMinHollow = 0.01;
 // only touches it: float32 would leave no span there, but a node in the z field.
 constexpr double kMinChord2 = 1e-6;
 
-// Minimum distance [cells] of a curve from the two rows next to it. Nearer, it would end on a node
-// in float32.
+// Minimum distance [cells] of a curve's crossing from the two rows next to it. A smaller distance
+// would round to a node in float32.
 constexpr double kMinShare = 1e-3;
 
-// Squared radius [cells^2] of a row without body or hollow. It is negative, so that the profile
-// ends between that row and the next one. A twentieth makes a flat floor.
+// A row without body or hollow has the squared radius -kBeyondAxis [cells^2]. It is negative, so
+// that the profile ends between that row and the next one. This value makes a flat floor.
 constexpr double kBeyondAxis = 0.05;
 
 // Refinement of the lattice on which the shadow is sampled. For a ball of 8 cells the error is at
 // most 0.004 cells.
 constexpr int kFiner = 2;
 
-// Clay that no wall can take returns to rows above and below, within this number of pressed heights
-// and of the body's radii. In a smaller range it would form a thin flange.
+// If no wall can accept the displaced clay, it returns in rows above and below. Their range is
+// kReachHeights times the height of the pressed rows, plus kReachRadii times the body's radius. A
+// smaller range would form a thin flange.
 constexpr double kReachHeights = 2, kReachRadii = 1.5;
 
 double square(double x) { return x * x; }
@@ -87,7 +89,8 @@ double WheelProfile::weight(size_t k) const {
 
 double WheelProfile::volume() const {
   // Between rows the squared radii are linear, so the trapezoid rule is exact. A row at the bottom
-  // or top may stand for more or less than half a cell. There the radii count as constant.
+  // or top may represent more or less than a cell. There the squared radii are assumed to be
+  // constant.
   double sum = 0;
   for (size_t k = 0; k < outer.size(); k++) sum += weight(k) * (outer[k] - hollow[k]);
   return kPi * sum;
@@ -102,8 +105,8 @@ WheelProfile read_profile(const TriDexel& model, const LatticePoint& centre) {
   const double cx = centre[0], cy = centre[1];
   double low = kFar, high = -kFar;
   uint8_t material = 0;
-  for (int j = 0; j < lattice.nodes[1]; j++)
-    for (int i = 0; i < lattice.nodes[0]; i++)
+  for (int j = fz.v_begin(); j < fz.v_end(); j++)
+    for (int i = fz.u_begin(); i < fz.u_end(); i++)
       fz.for_spans(i, j, [&](const Span& span) {
         if (double{span.in} < low) material = span.material;
         low = std::min(low, double{span.in});
@@ -150,7 +153,7 @@ WheelProfile read_profile(const TriDexel& model, const LatticePoint& centre) {
   }
   for (size_t k = 0; k < profile.outer.size(); k++) {
     double all = 0, solid = 0;
-    for (int j = 0; j < lattice.nodes[1]; j++) {
+    for (int j = fx.u_begin(); j < fx.u_end(); j++) {
       const Solids ray = solids_of(fx, j, profile.first + static_cast<int>(k));
       all += ray.width();
       solid += ray.length();
@@ -204,7 +207,8 @@ bool WheelSolid::interval(Axis axis, int u, int v, int layer, Interval& out) con
     const double outer2 = a[row] - off * off, hollow2 = b[row] - off * off;
     if (!(outer2 > kMinChord2)) return false;
     const double outer = std::sqrt(outer2);
-    // Gradient of the squared radius minus its value: (2 along, 2 off, -slope).
+    // The normal is the gradient of r^2 minus the profile's squared radius: (2 along, 2 off,
+    // -slope).
     const auto end = [&](double along, double slope, double sign) {
       const double rise = -0.5 * slope;
       return End{middle + along, is_x ? encode_normal(sign * off, sign * rise, sign * along)
@@ -308,7 +312,7 @@ void Wheel::begin(const Vec3& axis_mm, const Tool& tool, const Pose& start) {
   profile_ = read_profile(model_, lattice.to_lattice(axis_mm));
   in_hollow_ = false;
   if (profile_.empty()) return;
-  // Decides from its shadow, row by row: inside the hollow, or outside the body.
+  // Each row of the tool's shadow counts as inside the hollow, outside the body, or neither.
   cast_shadow(tool, start, Vec3::Zero());
   int within = 0, beyond = 0;
   for (size_t k = 0; k < shadow_.size(); k++) {
@@ -334,14 +338,13 @@ void Wheel::cast_shadow(const Tool& tool, const Pose& from, const Vec3& displace
   const Lattice& lattice = model_.lattice();
   shadow_.assign(profile_.outer.size(), {kFar, -1});
   const SweptTool whole(tool, from, displacement_mm, lattice);
-  const Box box = whole.solid().bounds().units;
+  const Box box = whole.solid().bounds().units, room = lattice.whole().units;
   Lattice fine;
   fine.pitch_mm = lattice.pitch_mm / kFiner;
   // Every kFiner-th row of the fine lattice is a row of the profile.
   Vec3 corner = Vec3::Zero();
   for (int i = 0; i < 3; i++) {
-    const double low = std::max(box.min[i], 0.0),
-                 high = std::min<double>(box.max[i], lattice.nodes[i]);
+    const double low = std::max(box.min[i], room.min[i]), high = std::min(box.max[i], room.max[i]);
     if (!(low < high)) return;
     corner[i] = std::floor(low) - 0.5 - 0.5 / kFiner;
     fine.nodes[i] = std::max(1, static_cast<int>(std::ceil((high - corner[i]) * kFiner)) + 1);
@@ -380,7 +383,8 @@ Result<Wheel::Turned> Wheel::advance(WheelVerb verb, const Tool& tool, const Pos
   cast_shadow(tool, from, displacement_mm);
   auto &a = profile_.outer, &b = profile_.hollow;
   const bool keeps = verb == WheelVerb::throw_clay;
-  // Pending volume for nearby rows [w r^2], and the rows where it was pressed.
+  // Volumes / pi: pressed away, and pending for nearby rows. Then the range of the pressed rows
+  // along z.
   double pressed = 0, pending = 0, low = kFar, high = -kFar;
   bool changed = false;
   for (size_t k = 0; k < a.size(); k++) {
@@ -448,7 +452,7 @@ Result<Wheel::Turned> Wheel::advance(WheelVerb verb, const Tool& tool, const Pos
       }
     };
     weigh(reach);
-    // If all of them are pressed, the whole body receives it.
+    // If all rows in reach are pressed, all other rows of the body get the volume.
     if (!(sum > 0)) weigh(4 * static_cast<double>(a.size()) + reach);
     if (!(sum > 0)) {
       for (size_t k = 0; k < a.size(); k++) share[k] = 1;
@@ -461,12 +465,14 @@ Result<Wheel::Turned> Wheel::advance(WheelVerb verb, const Tool& tool, const Pos
   turned.pressed_mm3 = kPi * pressed * cell;
   // Sets the model to the profile.
   const WheelSolid solid(profile_);
+  const Box widest = solid.bounds().units;
+  if (grows_) model_.grow_to({widest});
   Removed removed, added;
   intersect(model_, solid, {}, removed);
   deposit(model_, solid, profile_.material, {}, added);
-  const Box widest = solid.bounds().units;
+  const Box room = model_.lattice().whole().units;
   for (int i = 0; i < 2; i++)
-    turned.what.clipped |= widest.min[i] < 0 || widest.max[i] > model_.lattice().nodes[i];
+    turned.what.clipped |= widest.min[i] < room.min[i] || widest.max[i] > room.max[i];
   turned.what.removed_mm3 = removed.volume() * cell;
   turned.what.added_mm3 = added.volume() * cell;
   turned.what.points = removed.points() + added.points();

@@ -6,7 +6,7 @@
 //
 //   V = pi sum_k w_k (a_k - b_k)
 //
-//   a = outside r^2, b = hollow r^2, w: length of the row's part
+//   a = outside r^2, b = hollow r^2, w: length along z that a row represents
 //
 //        |<- sqrt(a) ->|
 //        |             |      z
@@ -90,6 +90,10 @@ class Wheel {
  public:
   explicit Wheel(TriDexel& model) : model_(model) {}
 
+  // Sets whether the model's lattice grows if the body becomes wider. Otherwise, the body is cut
+  // off.
+  void set_grows(bool grows) { grows_ = grows; }
+
   // Begins the stroke with the tool at `start`. The tool works on the hollow if it is in the
   // hollow, or above the body within the rim. Otherwise it works on the outside. `axis_mm`: a point
   // of the axis.
@@ -97,8 +101,8 @@ class Wheel {
 
   // Applies what the tool presses or cuts on its path from `from` by `displacement_mm` to the
   // model. `wall_mm` above 0, when clay is thrown: a second finger is at that distance from the
-  // tool, across the hollow's wall. `pressed_mm3` is the volume that they met [mm^3]. Errors: a
-  // place that is not finite.
+  // tool, across the hollow's wall. `pressed_mm3` is the volume that tool and finger pressed away
+  // or cut [mm^3]. Errors: a place that is not finite.
   struct Turned {
     Reshaped what;
     double pressed_mm3 = 0;
@@ -116,7 +120,7 @@ class Wheel {
 
   TriDexel& model_;
   WheelProfile profile_;
-  bool in_hollow_ = false;
+  bool in_hollow_ = false, grows_ = false;
   std::vector<Shadow> shadow_;
 };
 

@@ -17,7 +17,7 @@ namespace kibori {
 namespace {
 
 // An end that moved less than kKeepsNormal [cells] keeps its normal. If it moved more than
-// kTakesNormal, it gets that of the new distances. Between, they are blended.
+// kTakesNormal, it gets the normal of the new distances. In between, the two are blended.
 constexpr float kKeepsNormal = 1e-4f, kTakesNormal = 2e-3f;
 
 // A change of distances, as the `Change` of RayWriter.
@@ -92,7 +92,7 @@ class PhiChange {
     const double a = double{phi[at(k - 1)]}, b = double{phi[at(k)]};
     return (k - 0.5) + a / (a - b);
   }
-  // The nearest old end that one of the edge's nodes knows.
+  // An old end near this depth: the nearest end of one of the nodes there. Null if they have none.
   const SurfaceEnd* near(float depth) const {
     Index3 node = node_;
     const auto k = static_cast<int>(std::floor(depth));
@@ -120,7 +120,7 @@ NodeBox joined(const NodeBox& box, const NodeBlock& block) {
           box.high.max(at + Index3(block.last() + 1, 1, 1))};
 }
 
-// Added and removed volume on one ray.
+// Added and removed volume of each run.
 using Volumes = std::vector<std::pair<double, double>>;
 
 }  // namespace
@@ -175,12 +175,12 @@ void WriteBack::find_rays(const TriDexel& model, size_t axis) {
   if (std::exchange(found_[axis], true)) return;
   RayRanges& rays = rays_[axis];
   rays.reset(kAxes[axis], box_);
-  const NodeBox all{Index3::Zero(), band_->turn().turn(model.lattice().nodes)};
+  const NodeBox all = lattice_nodes(model.lattice()).turned(band_->turn());
   const int d = depth_index(kAxes[axis]);
   for (const NodeBlock& block : *touched_) {
     const Index3 at(block.i, block.j, block.k);
     const auto next_to_left_out = [&](int across) {
-      return across != d && (at[across] < 0 || at[across] >= all.high[across]);
+      return across != d && (at[across] < all.low[across] || at[across] >= all.high[across]);
     };
     if (next_to_left_out(1) || next_to_left_out(2)) continue;
     if (kAxes[axis] == Axis::x) {
@@ -189,17 +189,19 @@ void WriteBack::find_rays(const TriDexel& model, size_t axis) {
       rays.include(at + Index3(block.last(), 0, 0));
       continue;
     }
-    if (const unsigned nodes = block.nodes_along(0, all.high[0])) rays.include_row(at, nodes);
+    if (const unsigned nodes = block.nodes_along(all.low[0], all.high[0]))
+      rays.include_row(at, nodes);
   }
 }
 
 double WriteBack::rough_volume(const TriDexel& model, const NodeValues& after) const {
   const auto added = band_kernels().added_volume;
+  const NodeBox all = lattice_nodes(model.lattice()).turned(band_->turn());
   const size_t count = touched_->size();
   std::vector<double> sums((count + kPieceSize - 1) / kPieceSize);
   run_parallel_ranges(threads_, count, [&](size_t first, size_t number) {
-    sums[first / kPieceSize] = added({touched_->data() + first, number, band_->phi().data(),
-                                      after.data(), band_->turn().turn(model.lattice().nodes)});
+    sums[first / kPieceSize] = added(
+        {touched_->data() + first, number, band_->phi().data(), after.data(), all.low, all.high});
   });
   double sum = 0;
   for (const double piece : sums) sum += piece;
@@ -254,7 +256,7 @@ Reshaped WriteBack::write(TriDexel& model, const NodeValues& after) {
     const NodeBlock block = changed(touched_block);
     if (!block.nodes) return;
     box = joined(box, block);
-    // A change of distance moves the surface only near it.
+    // A change of a node's distance moves the surface only if the node is near it.
     block.for_nodes([&](int n) {
       const float was = band.phi()[block.place + static_cast<size_t>(n)],
                   is = after[block.place + static_cast<size_t>(n)];

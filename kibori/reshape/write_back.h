@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Writes a change of signed distances (node_band.h) into the spans of all three fields. The new
-// sign decides every node, for all fields. If the sign changes between two nodes before and after,
-// the end between them moves by the difference of the zeros. Therefore, what did not change stays
-// the same, bit for bit, and nothing is sampled twice. Internal to `reshape`.
+// sign decides every node, for all fields. If the sign differs between two nodes before and after
+// the change, the end between them moves as far as the zero of phi. Therefore, ends that do not
+// move keep their bits, and no surface is sampled again. Internal to `reshape`.
 #pragma once
 
 #include <array>
@@ -14,17 +14,17 @@
 
 namespace kibori {
 
-// True if a node that changes sides is near nodes with a depth from `core` to `deepest`. Near means
-// within the reach of its ends' slopes. `touched` omits such nodes, but the change must include
-// them.
+// True if `touched` is too small for the change. `touched` contains only nodes with |phi| < core.
+// If a node changes sides, the normals of its new ends depend on nodes up to two steps away. The
+// change must also include those with |phi| < deepest.
 bool changes_beyond(const NodeBand& band, const NodeValues& after,
                     const std::vector<NodeBlock>& touched, float core, float deepest, int threads);
 
 // Writes changes of a band's nodes into the model that the band was read from. Keeps its memory.
 class WriteBack {
  public:
-  // Prepares changes of the nodes `touched`. None may be in the box's two outermost layers. Both
-  // arguments must not change until the next begin(). Results do not depend on `threads`.
+  // Prepares changes of the nodes `touched`. None may be in the box's two outermost layers. `band`
+  // and `touched` must not change until the next begin(). Results do not depend on `threads`.
   void begin(const NodeBand& band, const std::vector<NodeBlock>& touched, int threads);
   // The volume [lattice units^3] that write() would add minus what it would remove. `after`, here
   // and in write(), has the indices of band.phi(), and may differ from it only at the touched

@@ -13,12 +13,13 @@
 #include <kibori/edit/grain.h>
 #include <kibori/motion/stroke_player.h>
 #include <kibori/run/cutter_run.h>
+#include <kibori/run/documents.h>
 #include <kibori/run/recorder.h>
 
 namespace kibori {
 namespace {
 
-// Pressed clay that found no room causes a warning above this [mm^3].
+// A larger volume of pressed clay that found no room causes a warning [mm^3].
 constexpr double kPendingWarning = 1e-3;
 
 double microseconds_since(std::chrono::steady_clock::time_point start) {
@@ -26,12 +27,13 @@ double microseconds_since(std::chrono::steady_clock::time_point start) {
       .count();
 }
 
-// All moves of one warp form one stroke. Every other move is a separate stroke.
+// True if both moves belong to one stroke. Successive moves with the same warp and brush are one
+// stroke. Every other move is a separate stroke.
 bool one_stroke(const Move& first, const Move& next) {
   return warps(first.mode) && first.mode == next.mode && first.brush == next.brush;
 }
 
-// The position of a hand after `tick` of a move's `ticks`.
+// The position of a hand after tick number `tick` of a straight move with `ticks` ticks.
 Vec3 point_on_path(const Vec3& from_mm, const Vec3& to_mm, int64_t tick, int64_t ticks) {
   if (tick >= ticks) return to_mm;
   return from_mm + (to_mm - from_mm) * (static_cast<double>(tick) / static_cast<double>(ticks));
@@ -53,7 +55,8 @@ Status check_tools(const Scene& scene) {
   return Ok{};
 }
 
-// The plans of all moves except the first, which only gives the tool's start.
+// Plans all moves except the first, which only gives the tool's start. Errors: those of plan_move;
+// a trace that does not fit into memory.
 Result<std::vector<MovePlan>> plan_moves(const Scene& scene) {
   std::vector<MovePlan> plans;
   int64_t total = 0;
@@ -74,7 +77,7 @@ Result<std::vector<MovePlan>> plan_moves(const Scene& scene) {
   return plans;
 }
 
-// The pose at which the first move, or its second hand, places the tool.
+// The pose at which the scene's first move places the tool of a hand.
 template <class HandMove>
 Pose start_of(const HandMove& move) {
   return {move.to_mm, frame_from_axis(move.axis, move.roll_rad)};
@@ -86,7 +89,7 @@ Carving of(std::unique_ptr<TriDexel> model) {
   return carving;
 }
 
-// A scene during carving. Every part of the run adds to `carving`.
+// Runs a scene. Its functions add their results to `carving_`.
 class SceneRun {
  public:
   SceneRun(const Scene& scene, const CarveOptions& options, std::vector<MovePlan> plans,
@@ -97,7 +100,7 @@ class SceneRun {
   Status run_moves();
   Status run_cutters();
   Result<Carving> finish();
-  // Returns the same error, after it has saved everything that was carved.
+  // Saves everything that was carved. Returns the error, and what could not be saved.
   Error stop(std::string error);
 
  private:
@@ -106,8 +109,8 @@ class SceneRun {
     const Move& from;
     const Move& to;
     const MovePlan& plan;
-    Pose began;   // of the first hand
-    Pose wanted;  // for a path that is not straight
+    Pose began;   // of the first hand, before the move
+    Pose wanted;  // of the first hand after the last tick, for a plan with a path
   };
 
   Result<BodyChange> act(const BodyAction& action);
@@ -139,7 +142,7 @@ class SceneRun {
   bool going_ = true;     // the caller wants more ticks
   bool clipped_ = false;  // the warning about lost material was given
   // For the current stroke.
-  std::optional<Snapshot> before_;  // the state against which crumbs are searched
+  std::optional<Snapshot> before_;  // state before the stroke, to find crumbs; null: no search
   std::optional<RecordedTick> end_tick_;
   double removed_before_ = 0;
 };
@@ -185,7 +188,7 @@ void SceneRun::warn(int line, const std::string& text) const {
 
 Status SceneRun::add_no_go(const SceneNoGo& no_go) {
   BodyProperties shown;
-  shown.visible = false;  // it is the target shape of the piece, not a part of it
+  shown.visible = false;  // a protected body is not a part of the piece
   if (!no_go.name.empty()) shown.name = no_go.name;
   BodyAction add;
   if (no_go.path_mm.empty()) {
@@ -228,6 +231,7 @@ Status SceneRun::prepare() {
 Status SceneRun::begin_stroke(const Move& to) {
   StrokeSettings settings = stroke_settings(scene_, to);
   settings.symmetry = symmetry_;
+  settings.begin_on(model_.lattice());
   if (const Status begun = player_.begin(settings); !begun)
     return at(to.line, "[move] " + begun.error());
   recorder_.begin(settings, player_.tool_pose(), to.label);
@@ -288,8 +292,8 @@ Status SceneRun::run_tick(Path& path, int64_t k, bool last) {
   summary.ticks++;
   if ((result.clipped || (other && other->clipped)) && !std::exchange(clipped_, true))
     warn(to.line,
-         "material reached beyond the room of the stock, and the part outside is lost; raise "
-         "[stock] room_mm");
+         "material reached the largest size of a lattice, 8192 nodes along an axis, and the part "
+         "beyond it is lost; use a coarser pitch");
   carving_.trace.push_back({static_cast<double>(summary.ticks) / scene_.rate_hz, result, other});
   recorder_.add(recorded, result.wrench);
   if (to.both()) recorder_.add(player_.recorded(true), other->wrench);
@@ -306,7 +310,8 @@ Status SceneRun::run_tick(Path& path, int64_t k, bool last) {
 
 Status SceneRun::end_stroke(const Move& to) {
   CarveSummary& summary = carving_.summary;
-  ToolTick own;  // has an effect only if the caller stopped the run within the stroke
+  // run_tick has ended the stroke, unless the caller stopped the run within it.
+  ToolTick own;
   const Result<std::optional<RecordedTick>> ended = player_.end(own);
   if (!ended) return at(to.line, "[move] " + ended.error());
   add_tick(summary, to.mode, own);
@@ -315,7 +320,7 @@ Status SceneRun::end_stroke(const Move& to) {
   if (end_tick_ && player_.pending_mm3() > kPendingWarning) {
     char text[160];
     std::snprintf(text, sizeof text,
-                  "there was no room around the tool for %.3g mm3 of clay; raise [stock] room_mm",
+                  "there was no room around the tool for %.3g mm3 of clay; use a smaller tool",
                   player_.pending_mm3());
     warn(to.line, text);
   }
@@ -374,6 +379,7 @@ Status SceneRun::run_cutters() {
 
 Result<Carving> SceneRun::finish() {
   carving_.bodies = bench_.bodies();
+  carving_.summary.without_force_mm3 = player_.without_force_mm3();
   summarize(carving_, std::move(step_us_));
   recorder_.draw(carving_.bodies, scene_.materials);
   carving_.unsaved = recorder_.settle();
@@ -396,10 +402,14 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock,
   if (!plans) return Error{plans.error()};
   if (Status fits = check_tools(scene); !fits) return Error{fits.error()};
   stock->reserve(1024);
-  Result<Recorder> recorder = Recorder::make(options, scene, *stock);
-  if (!recorder) return Error{recorder.error()};
+  std::unique_ptr<Document> document;
+  if (!options.document.empty()) {
+    Result<std::unique_ptr<Document>> made = new_document(options.document, scene, *stock);
+    if (!made) return Error{made.error()};
+    document = std::move(made).value();
+  }
   SceneRun run(scene, options, std::move(plans).value(), std::move(stock),
-               std::move(recorder).value());
+               {std::move(document), {options.threads, options.keep_forces, options.warning}});
   Status done = run.prepare();
   if (done) done = run.run_moves();
   if (done) done = run.run_cutters();

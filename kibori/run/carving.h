@@ -18,7 +18,7 @@
 
 namespace kibori {
 
-// Result of one hand's tool in a tick.
+// State of one hand's tool after a tick, and the tick's result.
 struct CarvedTick {
   const Tool& tool;
   Pose pose;
@@ -28,18 +28,21 @@ struct CarvedTick {
 // Options of carve().
 struct CarveOptions {
   int threads = 1;                                  // does not change the result
-  bool force = false;                               // accept a mesh whose rays mostly disagree
+  bool force = false;                               // see StockOptions::force
   std::filesystem::path document;                   // written during carving; empty: none
   bool keep_forces = false;                         // also store forces in the document
-  std::function<void(double share)> progress;       // 0..1, now and then
+  std::function<void(double share)> progress;       // 0..1, every 64 ticks and at the end
   std::function<void(const std::string&)> warning;  // one sentence per call
-  // Called after every tick. `second` is the second hand's, or null. Return false to stop.
+  // Called after every tick. `second`: of the second hand; null if there is none. Returns false to
+  // stop the run.
   std::function<bool(const TriDexel&, const CarvedTick& first, const CarvedTick* second)> each;
 };
 
-// Errors: those of make_stock, and invalid moves.
+// Makes the stock and runs the scene. Errors: those of make_stock; an invalid move, body, spline or
+// cutter; a tool too large for the pitch; too many ticks for the memory; a document that cannot be
+// created.
 Result<Carving> carve(const Scene& scene, const CarveOptions& options);
-// The same for a stock that make_stock made.
+// The same on a stock that make_stock has made.
 Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock,
                       const CarveOptions& options);
 }  // namespace kibori

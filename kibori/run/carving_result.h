@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The result of carving a scene or of replaying a document: the bodies, every tick, and totals.
+// The result of carving a scene or of replaying a document: the bodies, all ticks, and totals.
 #pragma once
 
 #include <memory>
@@ -28,16 +28,19 @@ struct Mark {
 // Totals of a carving.
 struct CarveSummary {
   int64_t ticks = 0;
-  // removed: by tools and kerfs. fallen: severed pieces that fell away. volume: of all bodies that
-  // are not protected; `bodies` counts the same ones.
+  // removed: by tools, kerfs and splines. fallen: severed pieces that were discarded. volume: of
+  // all bodies that are not protected. `bodies` counts them.
   double removed_mm3 = 0, deposited_mm3 = 0, fallen_mm3 = 0, volume_mm3 = 0;
   size_t bodies = 1;
+  // In model `energy`, the part of the removed and added volume that made no force. See
+  // StrokePlayer::without_force_mm3.
+  double without_force_mm3 = 0;
   int64_t points_removed = 0;
   double max_force_N = 0, max_moment_Nmm = 0;
   uint64_t state_hash = 0;
   struct {
     double median = 0, p99 = 0, p999 = 0, max = 0;
-  } step_us;  // edit and wrench of one tick
+  } step_us;  // time to compute the edit and the wrench of one tick
   double pitch_mm = 0;
   ModelCount stock;
 };
@@ -54,9 +57,11 @@ struct Carving {
   std::string unsaved;
 };
 
-// Adds a tick of one hand to the totals. A touch removes nothing: its removed_mm3 becomes 0.
+// Adds a tick of one hand to the totals. In mode `touch`, sets result.removed_mm3 to 0, because a
+// touch removes nothing.
 void add_tick(CarveSummary& summary, Mode mode, ToolTick& result);
-// Computes the totals that depend on the bodies and on the times of the steps [us].
+// Computes the totals that depend on the bodies, and the quantiles of `step_us`. `step_us`: the
+// time of each tick.
 void summarize(Carving& carving, std::vector<double> step_us);
 
 }  // namespace kibori

@@ -13,11 +13,11 @@
 namespace kibori {
 namespace {
 
-// Limit for a cutter's feed; at usual rates, this is hours.
+// Maximum number of ticks of a cutter's feed. At 1000 Hz, these are almost three hours.
 constexpr double kMaxCutterTicks = 1e7;
 
-// Adds the ticks of a cutter that moves along its feed. The force is the work per distance, against
-// the feed. `area_mm2` is the total area of the cut, on one side.
+// Adds the ticks of a cutter that moves along its feed. The force acts against the feed and equals
+// the work per distance. `area_mm2` is the area of the cut, counted on one side only.
 Status trace_cutter(const SceneCutter& with, const BodyList& before, const BodyList& after,
                     double area_mm2, const Scene& scene, Carving& carving) {
   CarveSummary& summary = carving.summary;
@@ -27,8 +27,8 @@ Status trace_cutter(const SceneCutter& with, const BodyList& before, const BodyL
     return kerf > 0 ? kerf * m.u : m.gc;
   };
   std::vector<std::pair<const Body*, CutProgress>> cuts;
-  // Area of the new faces of the kept parts: both faces of a slot, but one face where a part came
-  // off.
+  // Area of the new faces of the bodies that keep their number. A slot has two of them. Where a
+  // part was separated, there is only one.
   double bare_mm2 = 0;
   for (const Body& was : before.all) {
     const Body* const is = after.find(was.id);

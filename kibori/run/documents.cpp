@@ -74,7 +74,8 @@ Result<TriangleMesh> read_mesh_or_document(const std::filesystem::path& path, in
   if (!model) return Error{model.error()};
   const Surface surface = extract_surface(model.value()->snapshot(), threads);
   if (surface.triangles.empty())
-    return Error{sanitize_message(path.string()) + ": there is no material left"};
+    return Error{sanitize_message(path.string()) +
+                 ": there is no material left; undo the last step or choose an earlier one"};
   TriangleMesh mesh;
   mesh.vertices.reserve(surface.vertices.size());
   for (const SurfaceVertex& v : surface.vertices)

@@ -6,16 +6,17 @@
 
 namespace kibori {
 
-// Estimates the time of moves one after another. A move begins with the speed that the corner
-// allows, accelerates, and ends with the speed that the next corner allows.
+// Estimates the times of successive moves. A move begins with the speed that the corner before it
+// allows, and accelerates. It ends with the speed that the corner after it allows.
 class MillingClock {
  public:
   explicit MillingClock(double acceleration_mm_s2) : acceleration_(acceleration_mm_s2) {}
 
-  // Time of a straight move with this speed. `direction`: unit; zero for a move of rotary axes.
+  // Time of a straight move with this commanded speed [s]. `direction`: a unit vector; zero for a
+  // move of rotary axes. The deceleration at the end counts as time of the next move.
   double seconds(const Vec3& direction, double length_mm, double speed_mm_s) {
     if (!(length_mm > 0 && speed_mm_s > 0)) return 0;
-    // The speed along both directions can stay.
+    // In a corner, the machine keeps only the part of its speed along the new direction.
     const double corner = direction.dot(last_direction_);
     const double start = corner > 0 ? std::min(last_speed_, speed_mm_s) * corner : 0;
     const double gain = std::max(0.0, speed_mm_s - start);
@@ -23,7 +24,8 @@ class MillingClock {
     const double needed = (speed_mm_s * speed_mm_s - start * start) / (2 * acceleration_);
     if (needed <= length_mm) {
       last_speed_ = speed_mm_s;
-      // If both moves have one speed, the loss at the end of the last one equals the gain here.
+      // Acceleration costs gain^2 / (2 a v). The deceleration at the end of the last move costs the
+      // same, if both moves have the same speed.
       return length_mm / speed_mm_s + gain * gain / (acceleration_ * speed_mm_s);
     }
     last_speed_ = std::sqrt(start * start + 2 * acceleration_ * length_mm);

@@ -13,10 +13,10 @@ namespace {
 
 using Made = Result<std::unique_ptr<TriDexel>>;
 
-// A box that reaches beyond a cell by less than this holds as within it [cells].
+// A box that reaches beyond a cell by less than this counts as within it [cells].
 constexpr double kRounding = 1e-6;
 
-// Extends a lattice by whole cells, so that it holds the box with a cell of room.
+// Extends a lattice by whole cells, so that it contains the box and one cell of space around it.
 Status extend(Lattice& lattice, const std::optional<Box>& box) {
   if (!box) return Ok{};
   const Box at = lattice.to_lattice(*box).units;
@@ -40,7 +40,7 @@ Status extend(Lattice& lattice, const std::optional<Box>& box) {
 }
 
 Made make_block(const Box& box, const MillStockOptions& options) {
-  // One cell of room, so that the surface is complete at the block's faces.
+  // One cell of space around the block, so that the surface at its faces is complete.
   Result<Lattice> lattice = make_lattice(box.size(), options.pitch_mm, options.pitch_mm);
   if (!lattice) return Error{"stock: " + lattice.error()};
   lattice.value().origin_mm += box.min;
@@ -79,10 +79,10 @@ Made make_mill_stock(const MillStock& stock, const MillStockOptions& options) {
   if (!is_document(path)) return read_mesh_stock(path, options);
   Made model = document_model(path);
   if (!model || !options.holds) return model;
-  Lattice lattice = model.value()->lattice();
-  const Index3 nodes = lattice.nodes;
-  if (const Status fits = extend(lattice, options.holds); !fits) return Error{fits.error()};
-  if ((lattice.nodes != nodes).any())
+  const Lattice& lattice = model.value()->lattice();
+  const Box at = lattice.to_lattice(*options.holds).units.grown(1 - kRounding),
+            room = lattice.whole().units;
+  if ((at.min.array() < room.min.array()).any() || (at.max.array() > room.max.array()).any())
     return Error{path.string() +
                  ": the fixtures or the target reach beyond the document's lattice; give the stock "
                  "as a mesh (kibori convert makes one)"};

@@ -15,7 +15,7 @@
 namespace kibori {
 namespace {
 
-// Points at which the surface is compared, in addition to its vertices.
+// Approximate number of points at which the surface is compared, in addition to its vertices.
 constexpr int64_t kSamples = 200000;
 
 Result<std::unique_ptr<TriDexel>> model_on(const Lattice& lattice, const MillMesh& mesh,
@@ -44,6 +44,11 @@ Result<MillMesh> read_mill_mesh(const std::filesystem::path& path,
   if (info.volume_mm3 < 0)
     for (auto& triangle : mesh.mesh.triangles) std::swap(triangle[1], triangle[2]);
   for (const std::string& note : notes) warning(note);
+  return mesh;
+}
+
+MillMesh in_model(MillMesh mesh, const Pose& setup) {
+  for (Vec3& vertex : mesh.mesh.vertices) vertex = setup.to_world(vertex);
   return mesh;
 }
 
@@ -81,14 +86,17 @@ Result<TargetReport> compare_with_target(const MillSummary& summary, const MillT
   Result<Deviation> deviation = deviation_from(left, target.surface, kSamples, threads);
   if (!deviation) return Error{target.name + ": " + deviation.error()};
   report.deviation = std::move(deviation.value());
-  // What the programs leave of the target is what is left within it.
+  for (Vec3* const place : {&report.deviation.max_at, &report.deviation.min_at})
+    *place = summary.setup.from_world(Pose{*place}).tip;
+  // The programs also cut the target's model. So its volume is that of the result's material within
+  // the target.
   const double common = target.model->volume_mm3();
   report.excess_mm3 = std::max(0.0, summary.remaining_mm3 - common);
   report.missing_mm3 = std::max(0.0, target.volume_mm3 - common);
   const DistanceTree tree(target.surface);
   if (!tree.good()) return Error{target.name + ": not enough memory for its distances"};
   for (const MillGouge& gouge : summary.gouges) {
-    const double depth = -2 * tree.signed_distance(gouge.place_mm);
+    const double depth = -2 * tree.signed_distance(summary.setup.to_world(gouge.place_mm));
     if (depth > tolerance_mm) report.gouges.push_back({gouge, depth});
   }
   return report;
@@ -98,7 +106,7 @@ std::array<uint8_t, 3> deviation_color(double deviation_mm, double tolerance_mm)
   constexpr double kPale[] = {172, 170, 164}, kMissing[] = {38, 92, 190}, kExcess[] = {200, 50, 38};
   const double size = std::abs(deviation_mm);
   const double share = std::clamp((size - tolerance_mm) / (3 * tolerance_mm), 0.0, 1.0);
-  // The step at the tolerance makes it visible.
+  // The jump of the colour shows where the deviation exceeds the tolerance.
   const double strength = size > tolerance_mm ? 0.3 + 0.7 * share : 0;
   const double* const full = deviation_mm < 0 ? kMissing : kExcess;
   std::array<uint8_t, 3> color;

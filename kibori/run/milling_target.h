@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Compares what a milling program leaves with the part that it should make.
+// Compares the result of milling programs with the part that they should make.
 #pragma once
 
 #include <array>
@@ -16,15 +16,18 @@
 
 namespace kibori {
 
-// A mesh in the coordinates of the program. `name` is its file.
+// A mesh in the coordinates of a program, or of the model. `name` is its file.
 struct MillMesh {
   std::string name;
   TriangleMesh mesh;
 };
-// Reads a mesh, repairs it and turns its triangles outwards. `warning`: called with one sentence
-// each. Errors: those of read_mesh; a mesh that is not closed.
+// Reads a mesh, repairs it and turns its triangles outwards. Each call of `warning` gets one
+// sentence. Errors: those of read_mesh; a mesh that is not closed.
 Result<MillMesh> read_mill_mesh(const std::filesystem::path& path,
                                 const std::function<void(const std::string&)>& warning);
+
+// Moves a mesh from the coordinates of a program into those of the model.
+MillMesh in_model(MillMesh mesh, const Pose& setup);
 
 // Makes one model of all fixtures, on the lattice of the stock. Errors: those of stock_of_mesh.
 Result<std::unique_ptr<TriDexel>> make_fixtures(const std::vector<MillMesh>& meshes,
@@ -34,32 +37,34 @@ Result<std::unique_ptr<TriDexel>> make_fixtures(const std::vector<MillMesh>& mes
 struct MillTarget {
   std::string name;
   Surface surface;
-  double volume_mm3 = 0;
-  std::unique_ptr<TriDexel> model;  // within the stock; for MillOptions::target
+  double volume_mm3 = 0;            // of the whole target
+  std::unique_ptr<TriDexel> model;  // the part within the stock; for MillOptions::target
 };
+// Makes the target on the lattice of the stock. Errors: those of stock_of_mesh.
 Result<MillTarget> make_target(const MillMesh& mesh, const TriDexel& stock, int threads);
 
-// A gouge, and how deep it is on average over its volume, twice the depth of its middle.
+// A gouge and its depth. The depth is estimated as twice that of MillGouge::place_mm.
 struct DeepGouge {
   MillGouge gouge;
   double depth_mm = 0;
 };
 struct TargetReport {
   double tolerance_mm = 0;
-  Deviation deviation;                     // of what is left from the target
-  double excess_mm3 = 0, missing_mm3 = 0;  // material that is left over, and that is missing
+  Deviation deviation;  // of the result from the target; its points are in program coordinates
+  double excess_mm3 = 0, missing_mm3 = 0;  // material outside the target, and missing inside it
   std::vector<DeepGouge> gouges;           // deeper than the tolerance, in order of time
-  // Whether anything is missing by more than the tolerance.
+  // True if a point of the result's surface is deeper within the target than the tolerance.
   bool gouged() const { return deviation.min < -tolerance_mm; }
 };
-// Call it after run_milling with target.model. `left`: the surface of what is left.
+// Call it after run_milling with target.model. `left`: the surface of the result. Errors: those of
+// deviation_from; not enough memory.
 Result<TargetReport> compare_with_target(const MillSummary& summary, const MillTarget& target,
                                          const Surface& left, double tolerance_mm, int threads);
 
-// The colour of a deviation: blue where material is missing, red where it is left over, pale within
-// the tolerance. The colours are full at four times the tolerance.
+// The colour of a deviation: blue for missing material, red for excess material, pale within the
+// tolerance. From four times the tolerance on, the colour does not change.
 std::array<uint8_t, 3> deviation_color(double deviation_mm, double tolerance_mm);
-// Paints every vertex with the colour of its deviation.
+// Paints every vertex with the colour of its deviation. `surface` is the one that was compared.
 void paint_deviation(Surface& surface, const TargetReport& report);
 
 }  // namespace kibori

@@ -9,26 +9,16 @@
 namespace kibori {
 namespace {
 
-// Ticks reach the file within this time. A crash can lose them.
+// Time between writes of ticks to the file. A crash can lose the ticks since the last write.
 constexpr auto kFlushEvery = std::chrono::milliseconds(50);
 
 }  // namespace
 
-Result<Recorder> Recorder::make(const CarveOptions& options, const Scene& scene,
-                                const TriDexel& model) {
-  Recorder recorder(options);
-  if (options.document.empty()) return recorder;
-  Result<std::unique_ptr<Document>> made = new_document(options.document, scene, model);
-  if (!made) return Error{made.error()};
-  recorder.document_ = std::move(made).value();
-  return recorder;
-}
-
 void Recorder::check(const Status& kept) {
   const std::string why = kept ? document_->unsaved() : kept.error();
-  if (!why.empty() && !std::exchange(reported_, true) && options_->warning)
-    options_->warning(
-        why + (kept ? "; the document continues in memory" : "; later steps are not saved"));
+  if (!why.empty() && !std::exchange(reported_, true) && options_.warning)
+    options_.warning(why +
+                     (kept ? "; the document continues in memory" : "; later steps are not saved"));
   if (kept) return;
   unsaved_ = why;
   document_.reset();
@@ -36,7 +26,7 @@ void Recorder::check(const Status& kept) {
 
 void Recorder::act(const BodyAction& action) {
   if (!document_) return;
-  const Result<BodyChange> done = document_->act(action, options_->threads);
+  const Result<BodyChange> done = document_->act(action, options_.threads);
   check(done ? Status(Ok{}) : Status(Error{done.error()}));
 }
 
@@ -46,7 +36,7 @@ void Recorder::begin(const StrokeSettings& settings, const Pose& start, const st
 
 void Recorder::add(const RecordedTick& tick, const Wrench& computed) {
   if (!document_) return;
-  document_->add(tick, options_->keep_forces ? &computed : nullptr);
+  document_->add(tick, options_.keep_forces ? &computed : nullptr);
   const auto now = std::chrono::steady_clock::now();
   if (now - flushed_ < kFlushEvery) return;
   check(document_->flush());
@@ -61,8 +51,8 @@ void Recorder::finish(const TriDexel& model, double removed_mm3,
 void Recorder::draw(const BodyList& bodies, const std::vector<Material>& materials) {
   if (!document_) return;
   const Status drawn =
-      keep_thumbnail(*document_, document_->head(), bodies, materials, options_->threads);
-  if (!drawn && options_->warning) options_->warning(drawn.error());
+      keep_thumbnail(*document_, document_->head(), bodies, materials, options_.threads);
+  if (!drawn && options_.warning) options_.warning(drawn.error());
 }
 
 std::string Recorder::settle() {

@@ -12,7 +12,6 @@
 #include <kibori/scene/stock_codec.h>
 
 namespace kibori {
-namespace {
 
 Result<std::unique_ptr<TriDexel>> stock_again(const Document& document, const std::string& text,
                                               double pitch_mm, const CarveOptions& options) {
@@ -38,7 +37,9 @@ Result<std::unique_ptr<TriDexel>> stock_again(const Document& document, const st
   return make_stock(stock.value(), document.name(), how);
 }
 
-// Plays the steps of a document one after the other on one bench.
+namespace {
+
+// Plays the steps of a document one after the other, on one Workbench.
 class StepPlayer {
  public:
   StepPlayer(const Document& document, const ReplayOptions& options, bool as_recorded,
@@ -60,12 +61,12 @@ class StepPlayer {
 
   const Document& document_;
   const ReplayOptions& options_;
-  const bool as_recorded_;  // at the recorded pitch: states can be compared
+  const bool as_recorded_;  // true: at the recorded pitch, so states can be compared
   const int64_t total_ticks_;
   Replay& replay_;
   Workbench bench_;
   std::vector<double> step_us_;
-  // Ticks are counted from the last change of the rate.
+  // The time is base_s_ at the last change of the rate. ticks_of_rate_ counts the ticks since then.
   double rate_hz_ = 0, base_s_ = 0;
   int64_t ticks_of_rate_ = 0;
 };
@@ -115,7 +116,7 @@ void StepPlayer::take(const ReplayedTick& tick, const StrokeSettings& settings) 
   add_tick(summary, second ? settings.second->mode : settings.mode, result);
   if (std::holds_alternative<EndTick>(tick.recorded->what)) return;
   if (second) {
-    // Stored next to the first hand's tick, which came before.
+    // The first hand's tick came before. Both share a row.
     if (!carving.trace.empty()) carving.trace.back().second = std::make_shared<ToolTick>(result);
     return;
   }

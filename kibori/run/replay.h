@@ -16,7 +16,7 @@ struct ReplayOptions {
   std::string to;                  // a version or step; default: the head
   std::optional<double> pitch_mm;  // of the model; default: as recorded
   std::optional<ForceLaw> law;     // default: as recorded
-  CarveOptions carve;              // threads, progress, warnings
+  CarveOptions carve;              // uses only threads, force, progress and warning
 };
 
 // Result of replay_document().
@@ -24,11 +24,17 @@ struct Replay {
   Carving carving;
   ForceLaw law;  // of the last stroke
   StepId to = 0;
-  // The first step whose model differs from the recorded one. Only checked at the recorded pitch.
+  // The first step whose bodies differ from the recorded ones; 0: none. Only checked at the
+  // recorded pitch.
   StepId differs = 0;
 };
 
-// Errors: those of the document, and a stock that cannot be made at another pitch.
+// Makes a document's stock at another pitch. `text`: the description of the stock as JSON. Errors:
+// `text` is not a description; those of make_stock; a file that cannot be written.
+Result<std::unique_ptr<TriDexel>> stock_again(const Document& document, const std::string& text,
+                                              double pitch_mm, const CarveOptions& options);
+
+// Replays the steps on the path to options.to. Errors: those of the document; those of stock_again.
 Result<Replay> replay_document(const Document& document, const ReplayOptions& options);
 
 }  // namespace kibori

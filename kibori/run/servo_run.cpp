@@ -24,7 +24,7 @@
 namespace kibori {
 namespace {
 
-// The scene's moves as a path over time.
+// The motion of the hand along the scene's moves, over time.
 struct HandPath {
   struct Leg {
     double begin_s, end_s;
@@ -34,7 +34,7 @@ struct HandPath {
   std::vector<Leg> legs;
 
   double seconds() const { return legs.empty() ? 0 : legs.back().end_s; }
-  // The pose at a time. The hand moves back and forth.
+  // The pose after t seconds. At its end, the path is followed back to its start, and so on.
   Pose at(double t) const {
     const double all = seconds();
     if (!(all > 0)) return legs.front().from;
@@ -80,7 +80,7 @@ Result<HandPath> hand_path(const Scene& scene) {
   return path;
 }
 
-// A thread that only wakes up. It measures the machine's own delay.
+// A thread that only wakes up at each tick. It measures the delay of the machine itself.
 class EmptyLoop {
  public:
   EmptyLoop(double rate_hz, bool wanted) {
@@ -121,7 +121,7 @@ nlohmann::json quantiles(const Histogram& h) {
           {"bins", std::move(bins)}};
 }
 
-// One bar per octave.
+// Appends the quantiles of a histogram, and a bar for each octave.
 void draw(std::string& text, const char* name, const Histogram& h) {
   char line[200];
   const auto us = [&](double share) { return static_cast<double>(h.quantile_ns(share)) / 1000; };
@@ -165,7 +165,7 @@ Scene servo_scene() {
   Move start;
   start.to_mm = Vec3(5, 5, 31);
   scene.moves = {start};
-  // Rows 1.5 mm apart, each slightly deeper.
+  // Rows 1.5 mm apart. Each is 0.1 mm deeper than the one before.
   for (int row = 0; row <= 26; row++)
     for (const bool back : {false, true}) {
       Move move;
@@ -178,7 +178,8 @@ Scene servo_scene() {
 
 namespace {
 
-// A servo run does not support all parts of a scene. It must report them instead of ignoring them.
+// Reports an error for the parts of a scene that a servo run does not support. They must not be
+// ignored silently.
 Status check_scene(const Scene& scene) {
   const char* unknown = nullptr;
   if (!scene.no_go.empty()) unknown = "[[no_go]]";
@@ -190,8 +191,8 @@ Status check_scene(const Scene& scene) {
                "; remove it from the scene, or run the scene with 'kibori carve'"};
 }
 
-// A hand that moves back and forth along the scene's moves. `centre` is the place of its device's
-// origin.
+// A virtual device whose hand moves back and forth along the scene's moves. `centre`: the position
+// of the device's origin in the model.
 Result<std::unique_ptr<Device>> virtual_hand(const Scene& scene, double rate_hz,
                                              const Vec3& centre) {
   Result<HandPath> path = hand_path(scene);
@@ -204,13 +205,14 @@ Result<std::unique_ptr<Device>> virtual_hand(const Scene& scene, double rate_hz,
       }));
 }
 
-// Wraps the device so that its readings are recorded. `recording` is the wrapper.
+// Wraps the device so that its readings are recorded. `recording` receives a pointer to the
+// wrapper.
 Result<std::unique_ptr<Device>> recorded_device(std::unique_ptr<Device> device,
                                                 const ServoRunOptions& options,
                                                 RecordingDevice*& recording) {
   if (const Status writable = check_writable(options.record); !writable)
     return Error{writable.error()};
-  // A run may stop slightly after its time.
+  // Room for one second more, because a run may stop slightly after its time.
   auto wrapped = std::make_unique<RecordingDevice>(
       std::move(device), 1 / options.rate_hz,
       static_cast<size_t>((options.seconds + 1) * options.rate_hz) + 1);
@@ -286,7 +288,8 @@ class ServoWatch {
   std::vector<LiveTick> ticks_;
 };
 
-// Writes the rest. Returns why the document holds only the beginning.
+// Writes everything that is pending. Returns why the document holds only the beginning, and where
+// the rest is. Returns an empty text if the document is complete.
 std::string finish_document(DocumentWriter& writer, const std::vector<Material>& materials) {
   writer.stop();
   Document& written = writer.document();
@@ -381,7 +384,7 @@ std::string servo_report_text(const ServoReport& r) {
   text += line;
   if (r.left_out > 0)
     text += "recording  without the last " + std::to_string(r.left_out) +
-            " ticks, because the run was longer than planned\n";
+            " ticks, because the run was longer than --seconds\n";
   if (!r.complaint.empty()) text += "device     " + r.complaint + "\n";
   if (r.trip != Trip::none) text += "safety     " + trip_text(r.trip) + "\n";
   return text;

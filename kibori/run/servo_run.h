@@ -20,20 +20,22 @@ namespace kibori {
 struct ServoRunOptions {
   double seconds = 10;
   double rate_hz = 1000;
-  std::optional<ForceModel> model;       // default: the scene's
-  std::optional<double> stiffness_n_mm;  // default: the device's
-  bool surface = true;                   // a second thread updates the surface
-  // Runs a thread that only wakes up, to separate the machine's jitter from that of the servo.
+  std::optional<ForceModel> model;  // default: the scene's
+  // Default: that of the scene's spring in model `series`, otherwise that of the device.
+  std::optional<double> stiffness_n_mm;
+  bool surface = true;  // the calling thread updates the surface during the run
+  // Runs a thread that only wakes up at each tick. It shows how much of the servo's delay is due to
+  // the machine.
   bool empty_loop = true;
-  std::filesystem::path record;    // store the device's readings here, for replay:FILE
-  std::filesystem::path document;  // store what is carved here
-  bool keep_forces = false;        // and the forces
-  // `begins` is called with the lattice before the first tick. `on_ticks` gets every tick, in
-  // batches, during the run.
+  std::filesystem::path record;    // file for the device's readings; device replay:FILE plays it
+  std::filesystem::path document;  // store the carving in this new document
+  bool keep_forces = false;        // also store the forces in it
+  // `begins` is called once before the first tick. `on_ticks` gets every tick, in batches, during
+  // the run.
   std::function<void(const std::string& device, const Lattice& lattice)> begins;
   std::function<void(const std::vector<LiveTick>& ticks)> on_ticks;
   std::function<void(double share)> progress;
-  // Called now and then. If it returns true, the run ends as if its time were over.
+  // Called every few milliseconds. If it returns true, the run ends as if its time were over.
   std::function<bool()> cancelled;
 };
 
@@ -45,7 +47,7 @@ struct ServoReport {
   Histogram empty_late_ns;
   LiveTotals totals;
   Trip trip = Trip::none;
-  // minimum of the hand's energy balance; below 0: the program gave back more than it received
+  // Minimum of the hand's energy balance. Below 0: the hand got more energy back than it gave.
   double min_energy_mj = 0;
   uint64_t snapshots = 0, surface_chunks = 0;
   uint64_t left_out = 0;  // ticks that did not fit into the recording
@@ -58,15 +60,15 @@ struct ServoReport {
 
 // Runs the scene's first tool on its stock, in the mode of the scene's first move that is not
 // `off`. The virtual device's hand moves back and forth along the scene's moves. A null `device`
-// selects the virtual one. Errors: those of make_stock, plan_move and LiveCarving::make, or a
-// recording that cannot be written.
+// selects the virtual one. Errors: those of make_stock, plan_move and LiveCarving::make; a part of
+// the scene that a servo run does not support; a document or recording that cannot be written.
 Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device,
                               const ServoRunOptions& options);
 
 // The default scene: a ball that scrapes back and forth over a block of oak.
 Scene servo_scene();
 
-// The report for people, and as JSON.
+// The report as text for the terminal, and as JSON.
 std::string servo_report_text(const ServoReport& report);
 std::string servo_report_json(const ServoReport& report);
 

@@ -13,7 +13,7 @@
 namespace kibori {
 namespace {
 
-constexpr const char* kFailed = "the stroke failed; cancel it";
+constexpr const char* kFailed = "this stroke failed earlier; cancel it and begin another one";
 
 }  // namespace
 
@@ -109,6 +109,8 @@ Status Workpiece::begin(StrokeSettings settings, const Pose& start, const std::s
   if (!no_go) return Error{no_go.error()};
   settings.materials = materials_;
   settings.body = bench_.active();
+  settings.begin_on(model_->lattice());
+  settings.grows &= grows_;
   if (!may_sever(settings.mode)) settings.crumbs = Crumbs::stay;
   settings.force.spring.tick_s = 1 / settings.rate_hz;
   HistoryStep step;
@@ -123,7 +125,7 @@ Status Workpiece::begin(StrokeSettings settings, const Pose& start, const std::s
   if (Status begun = stroke->player.begin(s); !begun) return begun;
   if (!std::holds_alternative<HalfSpace>(s.tool) &&
       reach_mm(s.tool) > kMaxToolReach * model_->lattice().pitch_mm)
-    return Error{"the tool is too large for this pitch"};
+    return Error{"the tool is too large for this pitch; use a smaller tool or a larger pitch"};
   stroke_ = std::move(stroke);
   return Ok{};
 }
@@ -224,14 +226,14 @@ Status Workpiece::save(const std::filesystem::path& path, bool overwrite) {
   if (std::filesystem::exists(path, unknown)) {
     if (!overwrite)
       return Error{path.string() + ": already exists; choose another name, or overwrite it"};
-    // Ensures that nobody else writes the file and that its log is removed. Otherwise SQLite would
-    // use the log for the new file.
+    // Opening the document fails if another program writes it. Closing it removes its log. A log
+    // that remained would damage the new file, because SQLite would apply it.
     if (const auto there = Document::open(path, Document::Access::write); !there)
       return Error{there.error()};
   }
   const Result<std::shared_ptr<TemporaryFolder>> folder = TemporaryFolder::make();
   if (!folder) return Error{folder.error()};
-  // Written completely to another place first, then moved.
+  // The document is written completely to another folder first, then copied to its path.
   const std::filesystem::path made = folder.value()->path() / "workpiece.kibori";
   if (Status written = opened_.empty() ? write(made) : write_after_opened(made); !written)
     return written;
@@ -282,7 +284,8 @@ Status Workpiece::write(const std::filesystem::path& path) const {
   return settled(document);
 }
 
-// Carves the strokes again on the document's own model, with the same bytes as result.
+// Adds the steps to a copy of the opened document. Carves the strokes again, on the document's own
+// model. The result has the same bytes.
 Status Workpiece::write_after_opened(const std::filesystem::path& path) const {
   {
     Result<std::unique_ptr<Document>> from = Document::open(opened_, Document::Access::read);

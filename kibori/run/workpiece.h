@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A workpiece for scripts: bodies in memory, strokes given pose by pose, undo and redo. It can be
-// saved as a document.
+// A workpiece for scripts. It keeps bodies in memory, makes strokes pose by pose, and has undo and
+// redo. It can be saved as a document.
 #pragma once
 
 #include <filesystem>
@@ -28,8 +28,8 @@ class Workpiece {
   // they cannot be carved at another pitch.
   static Result<std::unique_ptr<Workpiece>> of(std::unique_ptr<TriDexel> model,
                                                std::vector<Material> materials);
-  // The state of a document at its head. The document itself does not change. Errors: see
-  // model_at_head.
+  // A workpiece with the state of a document at its head. The document itself does not change.
+  // Errors: those of document_model; no temporary copy can be made.
   static Result<std::unique_ptr<Workpiece>> open(const std::filesystem::path& document);
   ~Workpiece();
 
@@ -41,17 +41,23 @@ class Workpiece {
   // The materials of strokes. The caller may append more.
   std::vector<Material>& materials() { return materials_; }
   void set_threads(int threads) { threads_ = threads; }
+  // True (the default): the lattice grows if a stroke needs more space. False: material beyond the
+  // lattice is lost.
+  void set_grows(bool grows) { grows_ = grows; }
+  bool grows() const { return grows_; }
 
   // Begins a stroke on the active body, with the tool at `start`. Body and materials of `settings`
-  // are replaced by the workpiece's own. Errors: a stroke is in progress, the body is locked or
-  // protected, or check_tool, check_symmetry or check_brush_of reject the settings.
+  // are replaced by the workpiece's own. Errors: a stroke is in progress; the body is locked or
+  // protected; `start` is not a rigid pose; the tool is too large for the pitch; those of
+  // check_tool, check_symmetry and check_brush_of.
   Status begin(StrokeSettings settings, const Pose& start, const std::string& label = {});
   // Moves the tool to `to`; with the force model `series`, moves the hand there. Returns the result
   // of the tick. Errors: no stroke is in progress. After errors of DirectTool and SpringTool, the
   // stroke continues from its last pose. After errors of ReshapeStroke, it can only be cancelled.
   Result<ToolTick> advance(const Pose& to);
   // Ends the stroke, which becomes one step of the history. `last` is the result of the last tick,
-  // or null. A reshaping mode adds its final work to it. Returns the severed pieces.
+  // or null. Some reshaping modes change the model once more here, and add that to `last`. Returns
+  // the severed pieces. Errors: no stroke is in progress, or it has failed.
   Result<CrumbResult> end(ToolTick* last = nullptr);
   // Discards the stroke.
   void cancel();
@@ -65,13 +71,14 @@ class Workpiece {
   // Moves one step back or forward. Errors: there is no such step, or a stroke is in progress.
   Status undo();
   Status redo();
-  // Number of steps since the workpiece was made or opened: all, and those that are not undone.
+  // Number of steps since the workpiece was made or opened, including undone ones.
   size_t steps() const { return steps_.size(); }
+  // Number of these steps that are not undone.
   size_t done() const { return done_; }
 
   // Saves the stock or the opened document, and all steps that are not undone, as a new document.
-  // Errors: an existing file, unless `overwrite` is set and the file is a document that nobody
-  // writes; errors of writing. An error leaves no partial file.
+  // Errors: the file exists and `overwrite` is false; the file exists and is not a document, or
+  // another program writes it; errors of writing. An error leaves no partial file.
   Status save(const std::filesystem::path& path, bool overwrite);
 
  private:
@@ -93,8 +100,8 @@ class Workpiece {
             std::vector<Material> materials);
   void keep(HistoryStep step);
   void set_done(size_t done, BodyId active);
-  // Adds a step to a document. An action is complete. A stroke is begun and has its ticks, but is
-  // not finished.
+  // Adds a step to a document. A stroke is begun and its ticks are added. The caller must finish
+  // it. An action needs no further call.
   Status record(Document& document, const HistoryStep& step) const;
   Status write(const std::filesystem::path& path) const;
   Status write_after_opened(const std::filesystem::path& path) const;
@@ -104,9 +111,10 @@ class Workpiece {
   Workbench bench_;
   std::vector<Material> materials_;
   int threads_ = 1;
-  BodyList first_;  // before any step
+  bool grows_ = true;
+  BodyList first_;  // before the first step
   std::vector<Material> first_materials_;
-  std::optional<Scene> scene_;  // how the stock was made
+  std::optional<Scene> scene_;  // holds the description of the stock, if there is one
   // If a document was opened: a copy of it at that time, in its own temporary folder.
   std::filesystem::path opened_;
   std::shared_ptr<TemporaryFolder> folder_;

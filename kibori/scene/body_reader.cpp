@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Reads what a scene does with bodies: crumbs, [[cutter]], [[spline]] and [[no_go]].
+// Reads the keys of a scene that concern bodies: crumbs, [[cutter]], [[spline]] and [[no_go]].
 #include <kibori/scene/scene_reader.h>
 
 namespace kibori {

@@ -7,7 +7,7 @@
 namespace kibori {
 namespace {
 
-// True if [force] or a material gives kf, the force per point, which only model `paper` uses.
+// True if [force] or a material gives kf, the force per point. Only the model `paper` uses it.
 bool gives_kf(const TableReader& root) {
   const auto has_kf = [](const toml::node* node) {
     return node && node->is_table() && node->as_table()->contains("kf");
@@ -22,7 +22,7 @@ bool gives_kf(const TableReader& root) {
 void read_spring(const TableReader& force, SeriesSpring& spring) {
   if (force.has("strength")) force.positive("strength");
   force.fields(spring);
-  // If only a strength is given, the stiffness follows from it, as for a pointer.
+  // If only a strength is given, the stiffness follows from it, as in spring_of_hand.
   if (force.has("strength") && !force.has("stiffness"))
     spring.stiffness_n_mm = spring.strength_n / kHandGiveMm;
 }
@@ -35,7 +35,8 @@ void read_material(SceneReader& reader, const TableReader& t) {
     if (other.name == material.name) t.fail("material \"" + material.name + "\" is defined twice");
   if (t.has("u") && t.has("k"))
     t.fail("k", t.full("k and u both set the cutting force; give one of them"));
-  // Each defines the whole law, so the built-in material's values are not used.
+  // `u` and `k` each define the whole cutting force. The values of the built-in material must not
+  // remain next to them.
   if (t.has("u") || t.has("k")) set_isotropic(material, 0);
   t.fields(material);
   if (t.has("k")) material.u = mean_cutting_energy(material);

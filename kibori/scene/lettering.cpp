@@ -21,10 +21,10 @@
 namespace kibori {
 namespace {
 
-// Default maximum distance between a chord and its curve, as a share of the height.
+// Smallest tolerance of outlines, as a share of the height (Lettering::tolerance_mm).
 constexpr double kFlat = 1.0 / 1000;
 constexpr double kMinMm = 0.1, kMaxMm = 1000;
-// Height of a capital H as a share of an em, for fonts that do not give it.
+// Height of a capital H as a share of an em, for fonts without an H.
 constexpr double kCapital = 0.7;
 constexpr size_t kMaxPoints = 200'000;
 
@@ -42,14 +42,14 @@ using Library = std::unique_ptr<FT_LibraryRec_, Destroy<FT_LibraryRec_, FT_Done_
 using Face = std::unique_ptr<FT_FaceRec_, Destroy<FT_FaceRec_, FT_Done_Face>>;
 using Tessellator = std::unique_ptr<GLUtesselator, Destroy<GLUtesselator, gluDeleteTess>>;
 
-// ---- Finding a font
+// ---- Search for a font
 
 struct FontFile {
   std::string path;
   int index = 0;
 };
 
-// All names of a font's family, in all languages.
+// The names of a font's family in all languages.
 std::vector<std::string> families_of(const FcPattern* pattern) {
   std::vector<std::string> names;
   FcChar8* name = nullptr;
@@ -100,7 +100,7 @@ Result<FontFile> find_font(const std::string& font) {
 
 // ---- The outlines of letters
 
-// FreeType's callbacks for the parts of an outline; font units.
+// Callbacks that FreeType calls for each part of an outline. They append points [font units].
 struct Outlines {
   std::vector<Contour> contours;
   Point offset = Point::Zero();
@@ -122,7 +122,7 @@ struct Outlines {
     const Outlines& self = of(user);
     const Point c = self.place(control), b = self.place(to);
     const Point a = self.contours.back().back();
-    // A third-order curve of the same shape.
+    // The same curve, written as a cubic curve.
     of(user).curve(a, Point((a + 2 * c) / 3), Point((b + 2 * c) / 3), b);
     return 0;
   }
@@ -180,7 +180,7 @@ Result<std::vector<Contour>> outlines_of(const std::vector<FcChar32>& letters, F
   calls.cubic_to = Outlines::cubic;
   Outlines drawn;
   drawn.tolerance = tolerance;
-  // Each line is centred.
+  // The middle of each line is at x = 0.
   Point pen = Point::Zero();
   size_t line_begins = 0;
   FT_UInt before = 0;
@@ -224,9 +224,10 @@ Result<std::vector<Contour>> outlines_of(const std::vector<FcChar32>& letters, F
 
 // ---- From outlines to a solid
 
-// Output of GLU: the triangles of the inside, by their corners.
+// Collects the triangles with which GLU covers the inside of the outlines. Every three corners form
+// a triangle.
 struct Inside {
-  std::deque<Eigen::Vector3d> points;  // their addresses are stable
+  std::deque<Eigen::Vector3d> points;  // a deque, because GLU keeps their addresses
   std::vector<const double*> corners;
   bool failed = false;
 
@@ -258,7 +259,7 @@ std::optional<TriangleMesh> extruded(const std::vector<Contour>& contours, doubl
   call(GLU_TESS_VERTEX_DATA, Inside::vertex);
   call(GLU_TESS_COMBINE_DATA, Inside::combine);
   call(GLU_TESS_ERROR_DATA, Inside::error);
-  // Letters, and the parts of one, may overlap.
+  // Letters may overlap, and so may the parts of one letter.
   gluTessProperty(tess.get(), GLU_TESS_WINDING_RULE, GLU_TESS_WINDING_NONZERO);
   gluTessNormal(tess.get(), 0, 0, 1);
   gluTessBeginPolygon(tess.get(), &inside);
@@ -274,7 +275,8 @@ std::optional<TriangleMesh> extruded(const std::vector<Contour>& contours, doubl
   gluTessEndPolygon(tess.get());
   if (inside.failed) return std::nullopt;
 
-  // Bottom and top use each corner once. The walls are on the edges of only one triangle.
+  // Each corner becomes one vertex of the bottom and one of the top. An edge that only one triangle
+  // uses is on the outline and gets a wall.
   TriangleMesh mesh;
   std::map<std::pair<double, double>, uint32_t> numbers;
   std::vector<uint32_t> corners;
@@ -334,7 +336,8 @@ Result<TriangleMesh> letter_mesh(const Lettering& lettering) {
   if (!file) return Error{file.error()};
 
   FT_Library raw_library = nullptr;
-  if (FT_Init_FreeType(&raw_library) != 0) return Error{"FreeType can't be started"};
+  if (FT_Init_FreeType(&raw_library) != 0)
+    return Error{"FreeType can't be started, probably because there is too little memory"};
   const Library library(raw_library);
   FT_Face raw_face = nullptr;
   if (FT_New_Face(library.get(), file.value().path.c_str(), file.value().index, &raw_face) != 0)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Reads [motion] and [symmetry] of a scene: the settings of all its moves.
+// Reads [motion] and [symmetry] of a scene. They apply to all moves.
 #include <kibori/scene/scene_reader.h>
 
 namespace kibori {

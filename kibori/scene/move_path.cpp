@@ -25,7 +25,7 @@ Result<std::vector<Vec3>> line_of(const Vec3& start, const Move& to, double pitc
     const double off = std::sqrt((from_centre - from_centre.dot(to.axis) * to.axis).squaredNorm());
     if (!(off > 0))
       return Error{"arc: the tool starts on the axis of the arc; start away from the centre"};
-    // A chord of the angle a deviates by r (1 - cos(a / 2)).
+    // On a circle of radius r, the chord of an angle a deviates by r (1 - cos(a / 2)).
     const double step = 2 * std::acos(std::max(0.5, 1 - kFlatCells * pitch_mm / off));
     const double pieces = std::ceil(std::abs(to.arc->turn_rad) / step);
     if (!(pieces <= CubicSpline::kMaxSamples))
@@ -82,7 +82,7 @@ Result<MovePath> path_of(const Move& from, const Move& to, double pitch_mm) {
   put(guide.begin({start, frame}, 0), 0);
   for (size_t i = 1; i < line.value().size(); i++) guide.move({line.value()[i], frame}, 0, put);
   guide.end(put);
-  // The tool arrives with this orientation.
+  // The guide's first pose does not have the direction of the path yet.
   if (path.places.size() > 1) path.places[0].frame = path.places[1].frame;
   Vec3 last = from.to_mm;
   double at = 0;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Reads [[move]] of a scene: the targets of its hands, and what their tools do on the path. A
-// missing key keeps the value of the previous move.
+// missing key keeps the value of the previous move. Exceptions are `wait_s`, `label`, `along`,
+// `straight` and `arc`.
 #include <kibori/scene/scene_reader.h>
 
 #include <cmath>
@@ -66,7 +67,8 @@ void read_arc(const TableReader& t, Move& move) {
   move.arc = MoveArc{arc->vector("centre"), turn * kRadPerDeg};
 }
 
-// Reads a key that is true, false, or a table with two lengths, which turns it on.
+// Reads a key that is true, false, or a table with two lengths. A table also means true. `first` is
+// the name of the first length; the second one is `lift`.
 void read_switch(const TableReader& t, const char* key, const std::string& example, bool& on,
                  const char* first, double& first_mm, double& lift_mm) {
   const toml::node* const node = t.find(key);
@@ -81,8 +83,7 @@ void read_switch(const TableReader& t, const char* key, const std::string& examp
   lengths.not_negative("lift", lift_mm);
 }
 
-// Reads the keys of a path that is not straight. Only those of `lead` and `stamp` are kept for the
-// next move.
+// Reads the keys of a path that is not straight. The next move inherits only `lead` and `stamp`.
 void read_path(const TableReader& t, bool first, Move& move) {
   move.along_mm.clear();
   move.arc.reset();
@@ -103,7 +104,7 @@ void read_path(const TableReader& t, bool first, Move& move) {
         "stamp");
 }
 
-// The second hand exists from the first move on, or never.
+// Only the first move may introduce a second hand.
 void read_second(SceneReader& reader, const TableReader& move, bool first, Move& of) {
   const auto second = move.table("second", "second = { to = [10, 20, 30] }");
   if (second && !first && !of.second)
@@ -142,8 +143,8 @@ void read_move(SceneReader& reader, const TableReader& t, Move& move) {
   read_second(reader, t, first, move);
   if (t.failed()) return;
   if (!first) {
-    // A tool that leads or stamps, without a new position, is pressed in and drawn out at its
-    // place.
+    // A tool that leads or stamps needs a path. Without `to`, it is pressed in and drawn out below
+    // its position.
     const double lift = move.stamps() ? move.stamp.lift_mm : move.lead.lift_mm;
     if ((move.leads() || move.stamps()) && !move.winds())
       move.along_mm = {t.has("to") ? move.to_mm : Vec3(move.to_mm - lift * move.axis)};

@@ -10,7 +10,7 @@
 namespace kibori {
 namespace {
 
-// 17 million triangles; larger pictures are averaged.
+// Larger pictures are averaged. A relief of this size has 17 million triangles.
 constexpr int64_t kMaxPixels = int64_t{1} << 22;
 
 // Halves the picture: each pixel is the mean of four.
@@ -54,7 +54,7 @@ Result<TriangleMesh> read_relief(const std::filesystem::path& picture, const Rel
   const auto w = static_cast<uint32_t>(map.width), h = static_cast<uint32_t>(map.height);
   TriangleMesh mesh;
   mesh.vertices.reserve(size_t{2} * w * h);
-  // The upper side, then the floor below each of its points.
+  // First the points of the upper side, then for each of them the point of the floor below it.
   for (const bool floor : {false, true})
     for (uint32_t y = 0; y < h; y++)
       for (uint32_t x = 0; x < w; x++) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Converts a grey picture into a relief to carve.
+// Converts a grey picture into the mesh of a relief.
 #pragma once
 
 #include <filesystem>
@@ -11,15 +11,15 @@ namespace kibori {
 
 struct ReliefSize {
   double width_mm = 80;  // along x; the size along y follows from the picture's shape
-  double height_mm = 5;  // of white above black
-  double base_mm = 3;    // of black above the floor
-  bool invert = false;   // black is higher than white
+  double height_mm = 5;  // from the lowest shade to the highest
+  double base_mm = 3;    // from the floor to the lowest shade
+  bool invert = false;   // false: white is highest; true: black is highest
 };
 
-// A closed mesh with its lower corner at the origin. The picture's pixels are points of its upper
-// side, the first row at the far y. Pixels finer than half of `pitch_mm`, or beyond four million,
-// are averaged. Errors: those of reading the picture and of make_lattice; less than 2 pixels per
-// side.
+// Makes a closed mesh with its lower corner at the origin. Each pixel is a point of its upper side.
+// The first row of pixels has the largest y. If pixels are smaller than half of `pitch_mm`, or more
+// than four million, neighbours are averaged. Errors: those of reading the picture and of
+// make_lattice; fewer than 2 pixels per side.
 Result<TriangleMesh> read_relief(const std::filesystem::path& picture, const ReliefSize& size,
                                  double pitch_mm);
 

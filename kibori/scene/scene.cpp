@@ -14,7 +14,7 @@
 namespace kibori {
 namespace {
 
-constexpr int kMaxDepth = 32;  // of nested tables and lists; a scene needs four levels
+constexpr int kMaxDepth = 32;  // of nested tables and lists; a valid scene needs four levels
 constexpr uint64_t kMaxSceneBytes = uint64_t{256} << 20;  // some millions of moves
 
 Result<Scene> read_root(const toml::table& table, const std::string& name,
@@ -60,7 +60,7 @@ Status check_toml_depth(std::string_view text, const std::string& name) {
         if (c == '"' && text[i] == '\\') i++;
       }
       i += quotes.size() - 1;
-      if (quotes.size() == 3)  // one or two more belong to the string
+      if (quotes.size() == 3)  // the text of a string may end with one or two quotes
         for (int k = 0; k < 2 && i + 1 < text.size() && text[i + 1] == c; k++) i++;
     } else if (c == '[' || c == '{') {
       depth++;
@@ -101,7 +101,7 @@ Result<Scene> read_scene(const std::filesystem::path& path) {
 
 namespace {
 
-// Length and turn of one hand in a move.
+// Displacement and turn of one hand's tool in a move.
 struct HandPlan {
   double length_mm = 0;
   Vec3 turn_rad = Vec3::Zero();
@@ -110,7 +110,7 @@ struct HandPlan {
 template <class HandMove>
 Result<HandPlan> plan_hand(const HandMove& from, const HandMove& to) {
   Vec3 turn = shortest_turn(from.axis, to.axis);
-  // The same axis, except for rounding.
+  // The axes differ only by rounding.
   if (turn.squaredNorm() < kNoTurn * kNoTurn) turn = Vec3::Zero();
   const double roll = to.roll_rad - from.roll_rad;
   if (from.axis.dot(to.axis) < -1 + 1e-9)
@@ -123,8 +123,8 @@ Result<HandPlan> plan_hand(const HandMove& from, const HandMove& to) {
                   roll != 0 ? Vec3(roll * to.axis) : turn};
 }
 
-// Rounds up after subtracting a small share. So 100 mm at 40 mm/s and 1000 Hz are 2500 ticks,
-// despite rounding errors.
+// Rounds up, but ignores a fraction that is only a rounding error. For example, 100 mm at 40 mm/s
+// and 1000 Hz are 2500 ticks, not 2501.
 double whole_ticks(double ticks) { return std::max(1.0, std::ceil(ticks * (1 - 1e-12))); }
 
 }  // namespace
@@ -141,7 +141,7 @@ Result<MovePlan> plan_move(const Scene& scene, const Move& from, const Move& to)
   if (!first) return wrong(first.error());
   MovePlan plan;
   plan.turn_rad = first.value().turn_rad;
-  // The longer path of the two hands.
+  // The larger value of the two hands.
   double length = first.value().length_mm, angle = std::sqrt(plan.turn_rad.squaredNorm());
   if (winds) {
     Result<MovePath> path = path_of(from, to, scene.stock.pitch_mm);
@@ -166,7 +166,7 @@ Result<MovePlan> plan_move(const Scene& scene, const Move& from, const Move& to)
       return wrong("[move] turns in place and needs turn_deg_s (degrees per second)");
     ticks = whole_ticks(angle * scene.rate_hz / to.turn_rad_s);
   }
-  // A move without motion or dwell takes one tick, so that a new tool or mode acts.
+  // A move without motion or dwell takes one tick, so that a new tool or mode has an effect.
   if (ticks == 0 && !(to.wait_s > 0)) ticks = 1;
   const double dwell = to.wait_s > 0 ? whole_ticks(to.wait_s * scene.rate_hz) : 0;
   if (!(ticks + dwell <= 1e9))

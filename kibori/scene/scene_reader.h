@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Reads a scene: the shared state, and one reader for each group of tables, in the order in which
-// they run. Internal: not installed.
+// Declares the functions that read a scene, one for each group of tables. They are listed in the
+// order of their calls. SceneReader is the state that they share. Internal: not installed.
 #pragma once
 
 #include <filesystem>
@@ -16,9 +16,9 @@ namespace kibori {
 
 inline constexpr double kRadPerDeg = std::numbers::pi / 180;
 
-// Call it before toml++. The parser, and the destructor of its result, recurse as deep as tables
-// are nested. A dotted key is as deep as its number of dots. Error: one sentence with `name` and
-// line.
+// Checks that tables and lists are not nested too deep. Call it before toml++. The parser of toml++
+// and the destructor of its result recurse for each level, so a deep file would overflow the stack.
+// Each dot of a dotted key counts as a level. Error: one sentence with `name` and line.
 Status check_toml_depth(std::string_view text, const std::string& name);
 
 struct SceneReader {
@@ -29,11 +29,12 @@ struct SceneReader {
 
   // Path of the file that a key names; empty if the scene may not name files.
   std::filesystem::path file(const TableReader& t, std::string_view key);
-  // The built-in material of that name, with the constants of [force] instead of its own.
+  // The built-in material of that name, or a default one with that name. Constants that [force]
+  // gives replace its own.
   Material default_material(const std::string& name) const;
-  // Returns its index.
+  // Adds a material and returns its index. Reports an error if there are too many.
   uint8_t add_material(int line, const Material& material);
-  // Index of a material by name. The material is defined in the scene or built in.
+  // Index of the material with this name. Adds a built-in material if the scene does not define it.
   uint8_t material(int line, const std::string& name);
   uint8_t material(const TableReader& t, std::string_view key) {
     return material(t.line(key), t.text(key));
@@ -41,10 +42,10 @@ struct SceneReader {
 
   Scene scene;
   SceneError error;
-  // folder of its files; none: the scene may not name files
+  // File names are relative to this folder. nullopt: the scene may not name files.
   std::optional<std::filesystem::path> folder;
   std::optional<double> kf, u;      // of [force]
-  bool brush_has_strength = false;  // a move has set the brush's strength
+  bool brush_has_strength = false;  // true if a move so far has set the brush's strength
 };
 
 void read_force(SceneReader& reader, const TableReader& root);
@@ -56,16 +57,17 @@ void read_symmetry(SceneReader& reader, const TableReader& root);
 // Reads crumbs, cutters, splines and protected bodies.
 void read_bodies(SceneReader& reader, const TableReader& root);
 
-// Reads a tool. A missing key keeps the value of `inherited`, if that has the same shape.
-// `inherited` may be null.
+// Reads a tool. A missing key keeps the value of the preset or else of `inherited`, if that has the
+// same shape. Otherwise it is an error. `inherited` may be null.
 Tool read_tool(SceneReader& reader, const TableReader& t, const Tool* inherited);
-// Reads the mesh, letters or picture of a mesh tool's table. stamp_keys() lists the keys.
+// Reads a mesh tool from a mesh file, a text or a picture. stamp_keys() lists its keys.
 Tool read_stamp(SceneReader& reader, const TableReader& t);
 const std::vector<std::string>& stamp_keys();
-// Reads a shape in the stock, and its orientation.
+// Reads the tool that is the shape of a layer or of a protected body.
 Tool read_shape(SceneReader& reader, const TableReader& t);
+// Reads the orientation of such a shape: `axis` and `roll_deg`.
 Mat3 read_frame(const TableReader& t);
-// Reads a move's brush. A missing key keeps the value of the previous move.
+// Reads the brush of the move `of`. A missing key keeps the value of the previous move.
 void read_brush(SceneReader& reader, const TableReader& move, Move& of);
 
 }  // namespace kibori

@@ -14,9 +14,9 @@
 namespace kibori {
 namespace {
 
-// Maximum number of points along the width of a picture, for any pitch.
+// Maximum number of pixels along the width of a picture, at any pitch.
 constexpr double kMaxAcross = 128;
-// Maximum distance between letters and their curves, as a share of the pitch.
+// Smallest tolerance of the letters' outlines, as a share of the pitch.
 constexpr double kTextPitches = 0.05;
 // Maximum distance between a simplified relief and the picture, as a share of the pitch.
 constexpr double kSimplifyPitches = 0.1;
@@ -28,8 +28,8 @@ Status check_triangles(const TriangleMesh& mesh, const std::string& name) {
                "; use a simpler one"};
 }
 
-// Moves the mesh so that its tip is at the origin: the middle of its width and depth, at its lowest
-// point.
+// Moves the mesh so that its tip is at the origin. The tip is the middle of its bounds in x and y,
+// at the height of the lowest point.
 void center_on_tip(TriangleMesh& mesh) {
   const Box box = mesh.bounds();
   const Vec3 tip(box.centre().x(), box.centre().y(), box.min.z());
@@ -55,14 +55,14 @@ Result<Tool> picture_stamp(const std::filesystem::path& picture, const PictureSt
                            double pitch_mm) {
   const auto fits = [](double mm) { return mm >= 0.1 && mm <= 1000; };
   if (!fits(size.width_mm) || !fits(size.depth_mm) || !fits(size.back_mm))
-    return Error{"a stamp must be 0.1 to 1000 mm wide and deep"};
-  // Pixels are no finer than half of the requested pitch.
+    return Error{"the width and the depth of a stamp must be 0.1 to 1000 mm"};
+  // read_relief averages pixels that are smaller than half of this pitch.
   const double resolved = std::max(pitch_mm, 2 * size.width_mm / kMaxAcross);
   Result<TriangleMesh> relief =
       read_relief(picture, {size.width_mm, size.depth_mm, size.back_mm, size.invert}, resolved);
   if (!relief) return Error{relief.error()};
   const Surface surface = simplify(surface_of_mesh(relief.value()), kSimplifyPitches * pitch_mm);
-  // The upper side is pressed into the material, so z is mirrored and the triangles are reversed.
+  // A stamp's relief is on its lower side. So z is mirrored and the triangles are reversed.
   TriangleMesh mesh;
   mesh.vertices.reserve(surface.vertices.size());
   for (const SurfaceVertex& v : surface.vertices)

@@ -10,29 +10,30 @@
 
 namespace kibori {
 
-// Maximum number of triangles of a stamp: what a tick of the servo can sweep.
+// Maximum number of triangles of a stamp. The servo cannot sweep more of them within one tick.
 inline constexpr size_t kMaxStampTriangles = 20'000;
 
-// The tip of a stamp is its lowest point, in the middle of its width and depth. If pressed into a
-// top that one looks down on, texts and pictures are not mirrored.
+// The tip of a stamp is at the height of its lowest point. In x and y it is the middle of the
+// stamp's bounds. The imprint of a text or picture, seen from above, is not mirrored.
 
-// Letters, extruded from the tip upwards by their depth. `pitch_mm` sets the accuracy of the
-// outlines. Errors: those of letter_mesh.
+// Makes a stamp of letters. They extend from the tip upwards by their depth. The outlines are as
+// accurate as `pitch_mm` requires. Errors: those of letter_mesh; too many triangles.
 Result<Tool> text_stamp(Lettering lettering, double pitch_mm);
 
 struct PictureStamp {
-  double width_mm = 20;  // of the picture; its other side follows
-  double depth_mm = 2;   // depth of white below black
-  double back_mm = 8;    // thickness of the plate behind
-  bool invert = false;   // black is deepest
+  double width_mm = 20;  // of the picture; its other side follows from this
+  double depth_mm = 2;   // depth of the imprint, from the lightest shade to the darkest
+  double back_mm = 8;    // thickness of the plate behind the relief
+  bool invert = false;   // false: white is deepest; true: black is deepest
 };
-// A grey picture as a relief; white is deepest. The resolution follows from pitch_mm and
-// kMaxStampTriangles. Errors: those of read_relief.
+// Makes a stamp of a grey picture as a relief. Pixels finer than pitch_mm needs are averaged, and
+// so are pictures wider than 128 pixels. Errors: those of read_relief; a size outside 0.1 to
+// 1000 mm; too many triangles.
 Result<Tool> picture_stamp(const std::filesystem::path& picture, const PictureStamp& size,
                            double pitch_mm);
 
-// A mesh, scaled so that the longer of its sides across is width_mm; 0: not scaled. Errors: those
-// of read_mesh; not a closed solid; too many triangles.
+// Makes a stamp of a mesh, scaled so that its longer horizontal side is width_mm. 0: not scaled.
+// Errors: those of read_mesh; a mesh that is not closed or has no width; too many triangles.
 Result<Tool> mesh_stamp(const std::filesystem::path& file, double width_mm);
 
 }  // namespace kibori

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Reads the source of a scene's mesh tool: a mesh file, letters, or a picture.
+// Reads a scene's mesh tool: a mesh file, letters, or a picture.
 #include <kibori/scene/scene_reader.h>
 
 #include <memory>
@@ -10,7 +10,7 @@
 namespace kibori {
 namespace {
 
-// Checks which keys go together.
+// Reports an error for a key that does not apply to the tool's source.
 void check_keys(const TableReader& t) {
   const auto belongs_to = [&](const char* key, const char* what) {
     if (t.has(key) && !t.has(what)) t.fail(key, t.full(key) + " needs " + what);
@@ -32,8 +32,8 @@ Result<Tool> read_letters(SceneReader& reader, const TableReader& t) {
   Lettering letters;
   letters.text = t.text("text");
   if (t.has("font")) letters.font = t.text("font");
-  // A font file follows the rules of all files: relative to the scene, and only if it may name
-  // files.
+  // A font file is a file of the scene: its path is relative to the scene's folder, and the scene
+  // must be allowed to name files.
   if (letters.font.find('/') != std::string::npos) letters.font = reader.file(t, "font").string();
   if (t.failed()) return Error{""};
   read_size(t, "size", letters.height_mm);
@@ -81,7 +81,7 @@ Tool read_stamp(SceneReader& reader, const TableReader& t) {
                       : t.has("picture") ? read_picture(reader, t)
                                          : read_mesh_tool(reader, t);
   if (made) return std::move(made).value();
-  t.fail(what, made.error());  // unless a key has failed
+  t.fail(what, made.error());  // has no effect if a key has failed before
   return MeshTool{};
 }
 

@@ -15,7 +15,7 @@
 namespace kibori {
 
 Status check_memory(const Lattice& lattice, bool mesh) {
-  // Assumes that no tile is shared. Adds the memory of the import.
+  // The estimate assumes that tiles share no memory. Scan conversion needs about 40 bytes per ray.
   double need = 0;
   for (int i = 0; i < 3; i++) {
     const double rays = static_cast<double>(lattice.nodes[i]) * lattice.nodes[(i + 1) % 3];
@@ -143,7 +143,7 @@ namespace {
 using Made = Result<std::unique_ptr<TriDexel>>;
 constexpr const char* kNothing = "has no material at this pitch; use a finer one";
 
-// Makes a lattice from the origin to the shape's size, and a model in it that f(model, size) fills.
+// Makes an empty model around the shape, and fills it by f(model, size).
 template <class F>
 Made put_in(const Stock& stock, F&& f) {
   const Vec3 size = size_mm(stock.shape);
@@ -159,7 +159,7 @@ Made put_in(const Stock& stock, F&& f) {
   return model;
 }
 
-// Deposits a tool whose tip is below the middle of the bounds.
+// Deposits a tool at rest. Its tip is in the middle of the bottom of the stock's bounds.
 void put(const Tool& tool, TriDexel& model, const Vec3& size, const Stock& stock, int threads) {
   EditOptions edit;
   edit.threads = threads;
@@ -187,7 +187,8 @@ Made make(const StockCylinder&, const Stock& stock, const StockOptions& options)
   });
 }
 
-// Returns a model of the mesh, with its lower corner moved to the origin. `name` begins messages.
+// Returns a model of the mesh, with its lower corner moved to the origin. Errors begin with `name`,
+// and warnings with `file`.
 Made make_of(TriangleMesh mesh, const std::optional<double>& fit_mm, const std::string& name,
              const std::string& file, const Stock& stock, const StockOptions& options) {
   const Box box = mesh.bounds();
@@ -228,7 +229,7 @@ Made make(const StockRelief& shape, const Stock& stock, const StockOptions& opti
                  options);
 }
 
-// Each label's voxels become its material.
+// The voxels of a label get the label's material.
 Made make(const StockVolume& shape, const Stock& stock, const StockOptions& options) {
   const Result<LabelVolume> read = read_volume(shape.file);
   if (!read) return Error{"volume " + read.error()};
@@ -257,7 +258,7 @@ Result<std::unique_ptr<TriDexel>> make_stock(const Stock& stock, const std::stri
                                              const StockOptions& options) {
   Made made =
       std::visit([&](const auto& shape) { return make(shape, stock, options); }, stock.shape);
-  // A stock of the studio or of Python has no line.
+  // The message names a line only if the stock comes from a scene, not from the studio or Python.
   if (!made)
     return Error{at_line(scene_file, stock.line) + (stock.line > 0 ? ": [stock] " : ": ") +
                  made.error()};

@@ -43,7 +43,7 @@ Result<StockLayer> layer_from_json(const Json& json) {
   return layer;
 }
 
-// 0 if there is none.
+// The number at this key; 0 if it is missing or not a number.
 double number(const Json& json, const char* key) {
   const auto found = json.find(key);
   return found != json.end() && found->is_number() ? found->get<double>() : 0;
@@ -58,8 +58,8 @@ bool read_axis(const Json& json, const char* key, SignedAxis& axis) {
   return read.has_value();
 }
 
-// put: writes a shape's fields except its size and file to the JSON. read: reads all fields except
-// the file.
+// For each shape, put() writes its fields to the JSON, except the size and the file. read() reads
+// all fields except the file. It returns false if they are invalid.
 void put(const StockBlock&, Json&) {}
 bool read(const Json&, const Vec3& size, StockBlock& shape) {
   shape.size_mm = size;
@@ -153,7 +153,8 @@ std::string stock_to_json(const std::vector<Material>& materials) {
 
 Result<Stock> stock_from_json(const std::string& text) {
   const Json json = parse_json(text);
-  const Error none{"has no description of its stock, so it can't be carved at another pitch"};
+  const Error none{
+      "the description of its stock is missing or damaged, so it can't be carved at another pitch"};
   if (!json.is_object()) return none;
   Vec3 size;
   const Json written = json.value("size_mm", Json());

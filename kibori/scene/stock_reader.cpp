@@ -62,7 +62,8 @@ StockShape read_kind(SceneReader& reader, const TableReader& t) {
   return {};
 }
 
-// The shape, if it is of that kind; otherwise these keys are errors.
+// Returns the stock's shape if it is a Shape. Otherwise reports an error for keys that only a Shape
+// has.
 template <class Shape>
 Shape* only_of(const TableReader& t, Stock& stock, std::initializer_list<const char*> keys) {
   auto* const shape = std::get_if<Shape>(&stock.shape);

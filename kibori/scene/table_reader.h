@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Reads and checks the values of one table of a scene, by key. Only the first error is reported;
-// values read after it are arbitrary. Internal: not installed.
+// Reads and checks the values of one table of a scene, by key. Only the first error is reported.
+// Values that are read after it are arbitrary. Internal: not installed.
 #pragma once
 
 #include <array>
@@ -50,7 +50,7 @@ class TableReader {
   int line(std::string_view key) const;
   static int line_of(const toml::node& node) { return static_cast<int>(node.source().begin.line); }
 
-  // `text` after the table's name, for messages: "[stock] pitch".
+  // The table's name and `text`, for messages: "[stock] pitch".
   std::string full(std::string_view text) const;
   SceneError& error() const { return error_; }
   bool failed() const { return error_.found(); }
@@ -61,7 +61,7 @@ class TableReader {
   // Reports an error for a key that is not in `known`. Suggests the nearest known key.
   void only(const std::vector<std::string>& known) const;
 
-  // Required values.
+  // Required values. A missing one is an error.
   double number(std::string_view key) const;
   double positive(std::string_view key) const;
   std::string text(std::string_view key) const;
@@ -72,8 +72,9 @@ class TableReader {
   double number_or(std::string_view key, double otherwise) const;
   bool flag_or(std::string_view key, bool otherwise) const;
   void not_negative(std::string_view key, double& value) const;
-  // A single number gives three equal ones.
+  // Required: a list of three numbers, or one number that counts for all three.
   void one_or_three(std::string_view key, std::array<double, 3>& value) const;
+  // Optional.
   void color(std::string_view key, std::array<uint8_t, 3>& value) const;
   template <Named E>
   void choice(std::string_view key, E& value, const std::string& one_of = listed<E>()) const {
@@ -98,13 +99,14 @@ class TableReader {
     T::for_fields([&](const FieldInfo& field, auto member) { value(field, into.*member); });
   }
 
-  // The nested table `key`. Returns nothing if it is missing or not a table. `example`: a correct
-  // table, for the message.
+  // The nested table `key`. Returns nothing if it is missing. If it is not a table, also reports an
+  // error. `example`: a correct table, for the message.
   std::optional<TableReader> table(std::string_view key, const std::string& example) const;
-  // [key] of the root.
+  // The table [key] of the root. Returns nothing if it is missing or not a table. It reports an
+  // error if it is not a table, or if it is missing and `required`.
   std::optional<TableReader> section(std::string_view key, bool required) const;
-  // Calls f for the tables [[key]] of the root, up to the first error. `otherwise`: the message if
-  // they are not tables.
+  // Calls f for each table [[key]] of the root, until the first error. `otherwise`: the message if
+  // the key does not hold such tables.
   template <class F>
   void for_tables(std::string_view key, const std::string& otherwise, F&& f) const {
     const toml::array* const list = tables(key, otherwise);
@@ -138,7 +140,7 @@ class TableReader {
   void number_in(const FieldInfo& field, double& into) const;
   const toml::array* tables(std::string_view key, const std::string& otherwise) const;
   double as_number(const toml::node& node, const std::string& what) const;
-  // "smooth", "linear" or "constant", each in quotes.
+  // The names in quotes, for messages: "smooth", "linear" or "constant".
   template <Named E>
   static std::string listed() {
     return listed(strings(names_of(E{})));

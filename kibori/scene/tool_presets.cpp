@@ -6,8 +6,8 @@
 
 // Sources of the sizes
 //
-// Dental burs: shapes and diameters of ISO 6360 (US numbers in the names). A round bur is a ball; a
-//   fissure bur is a flat end mill; a pear is a tapered ball nose.
+// Dental burs: shapes and diameters of ISO 6360. The names have US numbers. A round bur is a ball.
+//   A straight fissure bur is a flat end mill. A tapered one and a pear are tapered ball noses.
 // Temporal bone: the usual set of cutting and diamond burrs of otologic drills, 0.6 to 6 mm.
 // Bone gouges and chisels: widths of Stacke's gouge and of straight osteotomes.
 // Carving: the sweeps of the Sheffield list, widths in mm.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Reads tools of a scene: [tool], a move's own, and shapes in the stock.
+// Reads tools of a scene: [tool], the tool of a move, and the shapes of layers and protected
+// bodies.
 #include <kibori/scene/scene_reader.h>
 #include <kibori/scene/tool_presets.h>
 
@@ -9,7 +10,8 @@ namespace {
 void read_number(const TableReader& t, const char* key, double& value) { value = t.positive(key); }
 void read_number(const TableReader& t, const char* key, Vec3& value) { value = t.vector(key); }
 
-// The tool that `preset` names. Nothing if there is no such preset, or if `shape` is also given.
+// The tool that `preset` names. Reports an error and returns nothing if there is no such preset, or
+// if `shape` is also given.
 std::optional<Tool> read_preset(const TableReader& t) {
   const std::string name = t.text("preset");
   if (const ToolPreset* const preset = find_tool_preset(name); preset && !t.has("shape"))
@@ -42,7 +44,7 @@ Tool read_tool(SceneReader& reader, const TableReader& t, const Tool* inherited)
                         nearest(shape, strings(kToolShapes)) + "\"?");
     return {};
   }
-  // A missing key keeps the value of the previous tool, if that has the same shape.
+  // Without an inherited tool of the same shape, every key is required.
   const bool keep = inherited && inherited->index() == known->index();
   Tool tool = keep ? *inherited : *known;
   const bool is_mesh = std::holds_alternative<MeshTool>(tool);

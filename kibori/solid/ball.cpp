@@ -15,8 +15,8 @@ HWY_BEFORE_NAMESPACE();
 namespace kibori {
 namespace HWY_NAMESPACE {
 
-// The formula of ball.h for one row of lanes. `old` marks lanes whose two ends belong to the first
-// pose.
+// The formula of ball.h for one row of lanes. `live` marks lanes that meet the sweep, `old` those
+// whose two ends belong to the first pose.
 struct Ends {
   VF lo, hi;
   MF live, old;
@@ -41,9 +41,9 @@ HWY_INLINE Ends SweepEnds(const SweptBall::View& k, VF u, float v_row, VF code_s
     return Pose{pu, pv, hn::Sub(hn::Sub(r2, hn::Mul(pv, pv)), hn::Mul(pu, pu))};
   };
   const Pose lo = at(s_lo), hi = at(s_hi);
-  // The pose nearest to the ray decides if the ray meets the sweep. `rest` at s_lo and s_hi would
-  // be no safe test. If the motion is nearly along the ray, both ends are on the ball's rim, and
-  // rounding hides them.
+  // A ray meets the sweep if it meets the ball at the pose that is nearest to the ray. `rest` at
+  // s_lo and s_hi would not be a reliable test: if the motion is nearly along the ray, both ends
+  // are on the ball's rim, where rounding decides.
   const Pose nearest = at(hn::Min(hn::Max(s0, s_min), s_max));
   Ends ends;
   ends.live = hn::Gt(nearest.rest, zero);
@@ -57,14 +57,14 @@ HWY_INLINE Ends SweepEnds(const SweptBall::View& k, VF u, float v_row, VF code_s
   return ends;
 }
 
-// How one field's rays meet the ball's two end poses in a tile, row by row. The choice of the
-// method for a row must not depend on the vector width. Therefore, Classify makes it for all 16
-// lanes together.
+// Relation of the rays of a tile to the ball at its two end poses, by row. The choice of the method
+// for a row must not depend on the vector width. Therefore, Classify makes it for all 16 lanes
+// together.
 struct RowClasses {
   // The row's distance from the centre at s = 0, and at the last pose.
   alignas(64) float v[kTileSide], v1[kTileSide];
   alignas(64) float rest0[kTileSide], rest1[kTileSide];  // R^2 - v^2
-  // Some lane meets the ball at the last pose.
+  // Bits by row: some lane meets the ball at the last pose.
   unsigned live;
   unsigned near;  // some lane may meet the sweep
   unsigned old;   // the first pose is nearest on all lanes
@@ -75,13 +75,14 @@ struct RowClasses {
 
 HWY_INLINE void Classify(const SweptBall::View& k, float u_base, float v_base, RowClasses& rows) {
   const DF d;
-  // Let w be the ray's offset from the ball's centre at a pose, dot = w.p, and q half the chord.
+  // Let w be the ray's offset from the ball's centre at a pose, dot = w.p, and q half the chord. p
+  // is as in ball.h, and md is the motion's depth component.
   //
   //           last pose         first pose
   //   exit    md q + dot >= 0   md q + dot <= 0
   //   entry   md q <= dot       md q >= dot
   //
-  // The bound q <= R decides this for a whole row.
+  // With the bound q <= R, this is tested for a whole row.
   const float reach = k.reach;
   const float v_first = k.motion_v * k.s_min, v_last = k.motion_v * k.s_max, u_end = u_base + 15.0f;
   const float shift0 = k.s_min * k.motion_u, shift1 = k.s_max * k.motion_u;
@@ -117,13 +118,14 @@ HWY_INLINE void Classify(const SweptBall::View& k, float u_base, float v_base, R
   }
 }
 
-// In a short motion, nearly every row has both ends at one end pose (RowClasses). That formula is
-// short. The other rows use SweepEnds. A ball's normal is the direction from its centre to the ray,
-// so this function computes it too.
+// In a short motion, nearly every row enters and leaves the ball at the first or at the last pose
+// (RowClasses). Rows at the last pose use a short formula. Rows at a clear first pose add nothing.
+// All other rows use SweepEnds. A ball's normal is the direction from its centre to the ray's end,
+// so this function computes it, too.
 void BallSpans(const SweptBall::View& view, float u_base, float v_base, SpanLayer& out) {
   const DF d;
   const DU du;
-  const SweptBall::View k = view;  // a copy, which a store to `out` cannot change
+  const SweptBall::View k = view;  // a copy: a store to `out` cannot change it
   const float md = k.motion_d;
   RowClasses row_class;
   Classify(k, u_base, v_base, row_class);
@@ -209,10 +211,10 @@ HWY_AFTER_NAMESPACE();
 namespace kibori {
 HWY_EXPORT(BallSpans);
 
-// Slack for float32 rounding in a bound: a relative part (kWider) and an absolute part. kWider2 is
-// for squares [lattice units^2]. kReachSlack is for products with a motion. If they are smaller,
-// rays at a tool's rim flicker between two ways to find their ends. If they are larger, more rays
-// take the slower way.
+// Slack for float32 rounding in a bound: a relative part (kWider) and an absolute part. The
+// absolute part is kWider2 for squares [lattice units^2], and kReachSlack for products with a
+// motion. With smaller values, a ray at a tool's rim may get an end from the wrong formula. With
+// larger values, more rays use the slower formula.
 constexpr double kWider = 1.001, kWider2 = 1e-3, kReachSlack = 1e-5;
 // Length of a normal divided by the ball's radius. It is below 1, so that rounding leaves no
 // component above 1.

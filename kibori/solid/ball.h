@@ -2,9 +2,10 @@
 // A ball swept along a straight line: a capsule. Each ray has one interval in closed form.
 // SweptBall is the fastest tool. It is also a part of the capsule tool.
 //
-// On a ray, the exit g(s) of the ball at motion parameter s is concave in s. Therefore, the exit of
-// the sweep is g at its unconstrained maximum s*, clamped to the motion. Let w be the ray's offset
-// in the (u, v) plane, and p the motion's part in that plane. With m = R^2 - dist(w, line)^2:
+// Let g(s) be the depth at which a ray leaves the ball at motion parameter s. It is concave in s.
+// Therefore, the ray leaves the sweep at g(s*), where s* is the maximum of g, clamped to the
+// motion. Let v be the motion and p its part in the (u, v) plane. Let w be the ray's offset in that
+// plane from the centre at s = 0. With m = R^2 - dist(w, line along p)^2:
 //
 //   s* = w.p/|p|^2 +- (v_depth / (|p| |v|)) sqrt(m)       (+ exit, - entry)
 #pragma once
@@ -17,9 +18,9 @@ namespace kibori {
 
 class SweptBall final : public Solid {
  public:
-  // `radius` is in lattice units. `start_is_clear` promises that the ball at the start pose holds
-  // no material. `spans` then skips rays where the sweep adds nothing to that ball. A cut has the
-  // same result.
+  // `radius` is in lattice units. With `start_is_clear`, the caller promises that there is no
+  // material inside the ball at the start pose. `spans` then skips rays where the sweep adds
+  // nothing to that ball. This does not change the result of a cut.
   SweptBall(const LatticePoint& centre, const LatticeVector& motion, double radius,
             bool start_is_clear = false);
 
@@ -38,14 +39,15 @@ class SweptBall final : public Solid {
     float shift;               // v_depth / (|p| |v|)
     float centre_depth, radius2;
     float code_scale;  // from lengths to a normal's code
-    float reach;       // |v_depth| R: a dot product beyond it decides the pose of a whole row
-    // Maximum increase of the squared half chord between the end poses.
+    float reach;       // |v_depth| R: a row's pose is known if |w.p| exceeds this
+    // Between the end poses, the squared half chord may exceed that of the nearer end pose by this.
     float widening;
-    float rim;      // for head_on: if the squared half chord is at least this, the end is at a pose
+    float rim;      // for head_on: an end belongs to an end pose if the squared half chord there is
+                    // at least this
     float overlap;  // for head_on: if at least this, the two poses also overlap on the ray
-    float s_min, s_max;  // the motion, relative to the centre above
+    float s_min, s_max;  // range of s; s = 0 is at the centre above
     bool start_is_clear;
-    bool head_on;  // moves along the rays, from a clear start
+    bool head_on;  // the motion is along the rays, from a clear start
   };
 
  private:

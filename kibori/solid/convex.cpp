@@ -16,14 +16,14 @@ namespace HWY_NAMESPACE {
 
 // If a plane's depth changes by less than this per lattice unit along a line, the two are parallel.
 // The plane then clips the line nowhere or everywhere. Unit normals have float32 rounding of 1e-7,
-// so no plane meets this by chance. If it is larger, the solver ignores steep faces. If it is
-// smaller, their bounds overflow.
+// so no plane is below this by chance. With a larger value, the solver would ignore faces that do
+// clip the line. With a smaller one, their bounds would overflow.
 constexpr float kParallel = 1e-12f;
 // Curvature [1/lattice unit^2] that replaces zero, so that a quadratic always has two roots. The
 // second root is then near infinity. If it is smaller, its product with an offset underflows.
 constexpr float kNoCurve = 1e-18f;
-// Minimum of the discriminant. Its root prevents 0 / 0 in c / w where a ray touches. A value near
-// one cell^2 would be visible.
+// Minimum of the discriminant. Its root prevents 0 / 0 in c / w where a ray only touches the
+// quadric. A value near one cell^2 would be visible.
 constexpr float kMinDiscriminant = 1e-36f;
 // If a quadric curves less along the motion than this [1/lattice unit^2], it has no silhouette.
 constexpr float kNoSilhouette = 1e-20f;
@@ -56,7 +56,7 @@ HWY_INLINE Interval Solve(float a, VF b, VF c, bool cone, bool upward) {
   return {F(-kFar), lo};
 }
 
-// Solve for a body without a quadric.
+// The result of Solve for a body without a quadric.
 HWY_INLINE Interval Everywhere() { return {F(-kFar), F(kFar)}; }
 
 // Clips [lo, hi] by slope x + offset >= 0; slope is the same for all lanes.
@@ -158,9 +158,9 @@ struct RowSolver {
   HWY_INLINE void AtPose(float s) {
     const DF d;
     const VF vs = F(s);
-    // A cone's coordinates start at its apex at that pose, and depths start at `base`. A ray that
-    // passes close to the apex has a very short interval. The squares of the pose's distance would
-    // lose it to rounding.
+    // For a cone, the origin is its apex at that pose, and depths start at `base`. A ray that
+    // passes close to the apex has a very short interval. With another origin, rounding would be
+    // larger than this interval.
     const VF base = F(k.cone ? s * k.mt : 0.0f);
     VF b = hn::Zero(d), c = hn::Zero(d);
     if (k.cone) {
@@ -198,13 +198,13 @@ struct RowSolver {
     }
   }
 
-  // The swept face of plane j. Walks the line l_j = 0 of the (t, s) plane.
+  // Offers the ends of the line l_j = 0 of the (t, s) plane: the swept rim of face j.
   HWY_INLINE void OnPlane(int j) {
     const DF d;
     const float alpha = k.nt[j], beta = k.slope[j];
     if (std::max(std::abs(alpha), std::abs(beta)) < kParallel) return;
-    // The parameter of the line is s or t, by the larger of alpha and beta. A quadric uses s also
-    // if the ray is steep to the face and runs along the body. With t, values high above the tip
+    // The parameter of the line is s if |alpha| >= |beta|, otherwise t. With a quadric, it is also
+    // s if the ray is steep to the face and runs along the body. With t, values high above the tip
     // would cancel.
     const bool by_s = std::abs(alpha) >= std::abs(beta) ||
                       (k.quadric && std::abs(alpha) > kSteep &&
@@ -275,8 +275,9 @@ struct RowSolver {
     }
   }
 
-  // A cone's silhouettes are two planes through the apex's path, one on each side. As planes, they
-  // lose nothing to cancellation if a ray is near that path and both are almost one.
+  // A cone's silhouettes are two planes through the apex's path, one on each side. Near that
+  // path the two are almost equal. Their plane equations stay exact there, but a quadratic for both
+  // would lose digits.
   HWY_INLINE void AtConeTangents() {
     const DF d;
     const VF from = hn::Add(hn::Abs(u), hn::Abs(v));
@@ -390,7 +391,7 @@ void ConvexBody::add_plane(const Vec3& normal, double offset) {
 }
 
 ConvexBody ConvexBody::scaled(double factor) const {
-  // q'(x) = q(x / factor), and so on.
+  // q'(x) = q(x / factor). The planes keep their normals.
   ConvexBody result = *this;
   result.q /= factor * factor;
   result.b /= factor;
@@ -404,7 +405,7 @@ ConvexBody ConvexBody::scaled(double factor) const {
 namespace {
 
 // Two planes touch the cone x'Qx >= 0 about `axis` along a ruling and contain the motion. Returns
-// their outward normals. The motion leads out of the cone.
+// their outward normals. Precondition: the motion leads out of the cone.
 std::array<Vec3, 2> cone_tangents(const Mat3& q, const Vec3& axis, const Vec3& motion) {
   // The rulings are where x'Qx = 0 and x'Q motion = 0.
   const Vec3 conjugate = (q * motion).normalized();
@@ -416,7 +417,7 @@ std::array<Vec3, 2> cone_tangents(const Mat3& q, const Vec3& axis, const Vec3& m
           Vec3(-(q * (along - width * across)).normalized())};
 }
 
-// Sets the view of one field with the tip at `tip`; s runs over [s_min, s_max].
+// Sets the coefficients of one field's view. The arguments are relative to the view's origin.
 void set_view(SweptConvex::View& k, Axis axis, const Mat3& q, const Vec3& b, double c,
               const Vec3& motion, int planes,
               const std::array<Vec3, ConvexBody::kMaxPlanes>& normal,
@@ -499,8 +500,8 @@ SweptConvex::SweptConvex(const ConvexBody& body, const LatticePoint& tip, const 
     k.first_face = body.cone && body.plane_offset[0] == 0 ? 1 : 0;
     for (size_t i = 0; i < 2; i++) k.tangents[i] = tangent_seen(axis, tangents[i]);
   }
-  // A point enters the sweep if some of q, l_j is negative at s = 0 and grows with s. q is concave
-  // in s, so it must grow from the start: dq/ds = -2 (Q x + b)'motion > 0 at s = 0.
+  // A point can enter the sweep only if one of q, l_j is negative at s = 0 and grows with s. q is
+  // concave in s, so it must grow from the start: dq/ds = -2 (Q x + b)'motion > 0 at s = 0.
   if (start_is_clear && !body.cone && length > 0) {
     only_ahead_ = true;
     for (int j = 0; j < body.planes; j++)
@@ -526,8 +527,8 @@ SweptConvex::SweptConvex(const ConvexBody& body, const LatticePoint& tip, const 
   }
 }
 
-// The view whose origin is the pose nearest to this tile, seen along the rays. For a rod, the
-// origin is also the nearest point of its axis.
+// The view of a tile. Its origin is the tip at the pose that is nearest to the tile, seen along the
+// rays. For a rod, it is the nearest point of the axis at that pose.
 SweptConvex::View SweptConvex::view_at(const RayTile& rays) const {
   View k = views_[static_cast<size_t>(rays.axis)];
   if (!recentre_ && !is_rod_) return k;

@@ -3,8 +3,8 @@
 // to six half-spaces. The finger, flat cutter, cone, ellipsoid, box and half-space are such solids.
 // The result is exact: one interval per ray.
 //
-// Let the body be at motion parameter s. Depth t along the ray is in the sweep if there is an s in
-// [0, 1]: q(t, s) >= 0 and all l_j(t, s) >= 0. In the (t, s) plane, that is a convex region. The
+// Let the body be at motion parameter s, from 0 to 1. Depth t along the ray is in the body if
+// q(t, s) >= 0 and all l_j(t, s) >= 0. In the (t, s) plane, these points are a convex region. The
 // sweep's interval is its projection on the t axis. An end of the projection is
 //   - on s = 0 or s = 1 (the end poses),                      s
 //   - on a line l_j = 0 (the swept rim of a cap), or        1 ┼──╭────╮──  <- end pose
@@ -31,15 +31,15 @@ struct ConvexBody {
   int planes = 0;
   std::array<Vec3, kMaxPlanes> plane_normal;
   std::array<double, kMaxPlanes> plane_offset;
-  // Set for a cone (circular, apex at the origin), where q is not concave. Plane 0 is perpendicular
-  // to the axis and selects the nappe. If plane 0 is through the apex, it has no face. If it is
-  // above the apex, it is the lower face of a frustum.
+  // True for a circular cone with its apex at the origin. Its q is not concave. q >= 0 is a double
+  // cone; plane 0, perpendicular to the axis, selects one of its halves. If plane 0 is through the
+  // apex, it has no face. If it is above the apex, it is the lower face of a frustum.
   bool cone = false;
   // A box [lattice units, tool frame] that holds the body; infinite if the body is.
   Box local_bounds;
   // For a rod along the axis: its thickness and the height of its top [lattice units]. Far above
-  // the tip, coordinates start from a point near each tile (kSlender). A thickness of 0 means that
-  // the body is no rod.
+  // the tip, coordinates are relative to a point of the axis near the tile (kSlender). With a
+  // thickness of 0, the body is not a rod.
   double rod_thickness = 0, rod_top = 0;
 
   void add_plane(const Vec3& normal, double offset);
@@ -84,17 +84,17 @@ class SweptConvex final : public Solid {
   Vec3 motion_;
   Box bounds_;
   bool recentre_;  // recentre along the motion, tile by tile
-  // For a rod whose tiles may need a centre further along its axis.
+  // True for a rod so long that some tiles need an origin farther along its axis.
   bool is_rod_ = false;
   Vec3 axis_;
-  double rod_top_ = 0, rod_near_ = 0;  // its top; height up to which the tip is near enough
-  // If set, the sweep gains points only through the quadric, where `ahead_`(x - tip) +
-  // ahead_offset_ > 0.
+  double rod_top_ = 0, rod_near_ = 0;  // height of its top; up to rod_near_, the tip is the origin
+  // If set, points can enter the sweep only through the quadric, and only where `ahead_`(x -
+  // tip) + ahead_offset_ > 0.
   bool only_ahead_ = false;
   Vec3 tip_, ahead_;
   double ahead_offset_ = 0;
   std::array<View, 3> views_;
-  // Doubles of which the views are float copies. Re-centring needs them.
+  // The data of the views in double precision, for views with another origin.
   Mat3 q_;
   Vec3 b_;
   double c_;

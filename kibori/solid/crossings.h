@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Exact crossings of a field's rays with a triangle. Vertices snap to an integer grid finer than a
-// cell, seen along the rays. Integer edge functions decide if a ray passes inside.
+// Exact crossings of a field's rays with a triangle. Seen along the rays, vertices are rounded
+// to an integer grid that is finer than a cell. Then integer edge functions decide whether a ray
+// passes through the triangle.
 //
-// If a ray meets an edge or a vertex, the code treats it as shifted by (eps_u, eps_v). The x shift
-// is far larger than the y shift. The y shift is far larger than the z shift. Therefore, a ray
-// crosses every closed surface inwards as often as outwards. The three fields also agree on the
-// owner of an edge.
+// If a ray meets an edge or a vertex exactly, the code treats it as shifted by an infinitely small
+// (eps_u, eps_v). The shift along x is far larger than that along y, and this one far larger than
+// that along z. So exactly one of the triangles at an edge owns the ray, and a ray crosses every
+// closed surface inwards as often as outwards. The three fields agree on the owner.
 #pragma once
 
 #include <algorithm>
@@ -30,7 +31,7 @@ struct SnappedPoint {
   double depth;
 };
 
-// Snaps a vertex to the grid of one field.
+// Rounds a vertex to the grid of one field.
 inline SnappedPoint snap(const LatticePoint& point, Axis axis) {
   constexpr double kScale = 1 << kSnapBits;
   return {std::llround(point[u_index(axis)] * kScale), std::llround(point[v_index(axis)] * kScale),
@@ -38,7 +39,7 @@ inline SnappedPoint snap(const LatticePoint& point, Axis axis) {
 }
 
 // Calls f(u, v, depth, sign) for each ray of `rect` that crosses triangle abc. The sign is +1 if
-// the ray goes in (against the outward normal), and -1 if it comes out.
+// the ray enters the solid (against the outward normal), and -1 if it leaves it.
 template <class F>
 void for_crossings(const SnappedPoint& a, const SnappedPoint& b, const SnappedPoint& c, Axis axis,
                    const RayRect& rect, F&& f) {
@@ -68,9 +69,10 @@ void for_crossings(const SnappedPoint& a, const SnappedPoint& b, const SnappedPo
     const bool u_first = u_index(axis) < v_index(axis);
     const bool owned = u_first ? (dv[e] < 0 || (dv[e] == 0 && du[e] > 0))
                                : (du[e] > 0 || (du[e] == 0 && dv[e] < 0));
-    if (!owned) start[e] -= 1;  // then `inside` is >= 0 for every edge
+    if (!owned) start[e] -= 1;  // then a ray is inside if all edges have a value >= 0
   }
-  // A triangle that is counter-clockwise against the ray's direction is an exit.
+  // If a triangle is counter-clockwise for a viewer who looks against the ray, the ray leaves
+  // there.
   const int sign = area > 0 ? -1 : 1;
   const double inverse = 1.0 / static_cast<double>(turn * area);
   const auto [d_min, d_max] = std::minmax({a.depth, b.depth, c.depth});
@@ -97,7 +99,7 @@ void for_crossings(const SnappedPoint& a, const SnappedPoint& b, const SnappedPo
     }
     for (int u = u0 + static_cast<int>(first); u <= u0 + static_cast<int>(last); u++) {
       if ((w0 | w1 | w2) >= 0) {
-        // Edge e faces the vertex that is not on it.
+        // An edge's value is the weight of the vertex opposite to it: w1 of a, w2 of b.
         const double wa = static_cast<double>(w1) * inverse, wb = static_cast<double>(w2) * inverse;
         const double depth = c.depth + wa * (a.depth - c.depth) + wb * (b.depth - c.depth);
         f(u, v, std::clamp(depth, d_min, d_max), sign);

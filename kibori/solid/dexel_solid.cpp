@@ -9,8 +9,8 @@ namespace kibori {
 
 const Plane* DexelSolid::plane(const RayTile& rays, int layer) const {
   const FieldSnapshot& field = model_.field(rays.axis);
-  const int tu = rays.u0 / kTileSide, tv = rays.v0 / kTileSide;
-  if (tu >= field.tiles_u() || tv >= field.tiles_v()) return nullptr;
+  const int tu = tile_of_node(rays.u0), tv = tile_of_node(rays.v0);
+  if (!field.has_tile(tu, tv)) return nullptr;
   const Tile& tile = field.tile(tu, tv);
   if (tile.empty) return nullptr;
   const Plane* plane = &tile.first;

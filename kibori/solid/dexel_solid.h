@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A model as a solid: its spans are the intervals. Therefore, the edits that tools make also join,
+// A model as a solid: its spans are the intervals. Therefore, the edits of edit/edit.h also join,
 // subtract and intersect bodies on one lattice. Ends that both bodies share are the same floats.
 #pragma once
 
@@ -13,8 +13,8 @@ namespace kibori {
 class DexelSolid final : public Solid {
  public:
   // `bounds` [lattice units]: a box that holds all of the model's material. The edited model must
-  // have the same lattice. `material`: use only the spans of this material. This solid has no
-  // Complement, because its layers have gaps.
+  // have the same lattice. `material`: use only the spans of this material. Then the layers have
+  // gaps, so the solid must not be used in a Complement.
   DexelSolid(const Snapshot& model, const LatticeBox& bounds,
              std::optional<uint8_t> material = std::nullopt)
       : model_(model), bounds_(bounds), material_(material) {}

@@ -17,7 +17,8 @@ GridSolid::GridSolid(const ShapeGrid& shape, const Vec3& corner_mm, const Lattic
       per_node_(lattice.pitch_mm * shape.voxel_mm.cwiseInverse()),
       at_origin_((lattice.origin_mm - corner_mm).cwiseQuotient(shape.voxel_mm) -
                  Vec3::Constant(0.5)),
-      // Half a voxel more: there the value falls from the last voxel to the outside.
+      // The bounds are half a voxel larger than the grid, because the interpolation reaches
+      // kOutside only there.
       bounds_(lattice.to_lattice(Box{corner_mm - 0.5 * shape.voxel_mm,
                                      corner_mm + shape.size_mm() + 0.5 * shape.voxel_mm})) {}
 

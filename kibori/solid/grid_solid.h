@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A shape given by numbers at the centres of voxels. It is inside where their trilinear
-// interpolation is above 0. Along a ray of the lattice, the interpolation is linear between two
-// layers of voxels.
+// A shape that is given by numbers at the centres of voxels. The points inside are those where
+// the trilinear interpolation of the numbers is above 0. Along a ray of the lattice, the
+// interpolation is linear between two layers of voxels.
 #pragma once
 
 #include <kibori/geometry/label_volume.h>

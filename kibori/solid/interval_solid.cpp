@@ -9,8 +9,8 @@
 namespace kibori {
 namespace {
 
-// Number of solids whose results a thread keeps. Except (no_go.h) asks its two solids about the
-// same tile in turn.
+// Number of tiles whose intervals a thread keeps. An edit may ask in turn for the tile that it
+// edits and for a tile along z (tied ends, dexel/volume.h).
 constexpr size_t kRemembered = 4;
 
 uint64_t next_id() {
@@ -24,7 +24,8 @@ struct IntervalSolid::Remembered {
   uint64_t id = 0;
   RayTile rays{Axis::x, -1, -1};
   TileIntervals intervals;
-  // The intervals as layers; the first `layer_count` are in use.
+  // The same intervals by layer: layer i holds the interval i of each ray. The first `layer_count`
+  // layers are in use.
   struct Layer {
     std::array<float, kTileRays> lo, hi;
     uint16_t rows;

@@ -13,12 +13,13 @@
 namespace kibori {
 namespace {
 
-// Neighbouring prisms meet up to rounding. A gap thinner than this [lattice units] between two of
-// them is no gap.
+// Neighbouring prisms may have a gap between them because of rounding. A gap thinner than this
+// [lattice units] is closed.
 constexpr float kSeam = 1e-3f;
-// A ray sees a prism edge-on if the sine of the angle to its face is below this. That triangle then
-// has no interval, because its neighbours have it. If it is larger, thin slits open. If it is
-// smaller, the interval is rounding error.
+// A prism is edge-on if the ray and the motion are both parallel to its triangle, within this sine
+// of the angle. It then has no interval, because the prisms of its neighbours have it. With a
+// larger value, the sweep would have thin slits. With a smaller one, the interval would be rounding
+// error.
 constexpr double kEdgeOn = 1e-12;
 // A mesh with fewer triangles is not sorted into tiles.
 constexpr size_t kWorthBins = 64;
@@ -37,8 +38,8 @@ void clip(double slope, double offset, double& lo, double& hi) {
     hi = lo - 1;
 }
 
-// Dot products of a vector with (o - corner), where o is the origin of a ray of a tile. The factors
-// of a column or of a row are multiplied once.
+// Dot products of a vector with (o - corner), where o is the origin of a ray of a tile. The
+// products of a column or of a row are computed once.
 class TileDots {
  public:
   // For the rays of `seen`, which belong to one tile.
@@ -50,8 +51,8 @@ class TileDots {
       of_v_[v - seen.v0] = vector[vi] * (v + 0.5 - corner[vi]);
     of_depth_ = vector[di] * (0 - corner[di]);
   }
-  // For the ray (u, v), counted from the first ray of `seen`. The order of the sum is that of
-  // Eigen.
+  // For the ray (u, v), counted from the first ray of `seen`. The order of the additions is that of
+  // Eigen, so the bits are the same.
   double at(int u, int v) const {
     switch (axis_) {
       case Axis::x:
@@ -94,7 +95,7 @@ class SweptShadow {
     }
   }
 
-  // Narrows [u0, u1] to the rays of row v that can meet it.
+  // Narrows [u0, u1] to the rays of row v that can meet the triangle.
   void narrow(int v, int& u0, int& u1) const {
     const double at = v + 0.5;
     double lo = u0 + 0.5, hi = u1 + 0.5;
@@ -112,8 +113,7 @@ class SweptShadow {
   }
 
  private:
-  // The polygon is enlarged by kSlack cells. A side whose slope along a row is below kLevel counts
-  // as level.
+  // The polygon is enlarged by kSlack cells. A side counts as parallel to the rows if |a| < kLevel.
   static constexpr double kSlack = 1e-6, kLevel = 1e-9;
   struct Strip {
     double a, b, per_a, lo, hi;  // lo <= a u + b v <= hi
@@ -188,14 +188,16 @@ std::array<double, 4> SweptMesh::swept_rect(uint32_t triangle, Axis axis) const 
 }
 
 void SweptMesh::sort_into(Bins& bins, Axis axis, const Lattice& lattice) const {
-  const auto tile_of = [](double at, int nodes) {
-    return static_cast<int>(std::floor(std::clamp(at, 0.0, nodes - 1.0) / kTileSide));
+  const Box whole = lattice.whole().units;
+  const auto tile_of = [&](double at, int index) {
+    return static_cast<int>(
+        std::floor(std::clamp(at, whole.min[index], whole.max[index] - 1) / kTileSide));
   };
   const int ui = u_index(axis), vi = v_index(axis);
-  bins.u = tile_of(bounds_.min[ui] - 1, lattice.nodes[ui]);
-  bins.v = tile_of(bounds_.min[vi] - 1, lattice.nodes[vi]);
-  bins.across = tile_of(bounds_.max[ui] + 1, lattice.nodes[ui]) - bins.u + 1;
-  bins.down = tile_of(bounds_.max[vi] + 1, lattice.nodes[vi]) - bins.v + 1;
+  bins.u = tile_of(bounds_.min[ui] - 1, ui);
+  bins.v = tile_of(bounds_.min[vi] - 1, vi);
+  bins.across = tile_of(bounds_.max[ui] + 1, ui) - bins.u + 1;
+  bins.down = tile_of(bounds_.max[vi] + 1, vi) - bins.v + 1;
   bins.rects.reserve(mesh_->triangles.size());
   for (uint32_t i = 0; i < mesh_->triangles.size(); i++) bins.rects.push_back(swept_rect(i, axis));
   // The first pass counts, the second one stores. A triangle that touches two tiles belongs to
@@ -203,10 +205,8 @@ void SweptMesh::sort_into(Bins& bins, Axis axis, const Lattice& lattice) const {
   const auto for_bins = [&](auto&& f) {
     for (uint32_t i = 0; i < mesh_->triangles.size(); i++) {
       const auto [u_lo, u_hi, v_lo, v_hi] = bins.rects[i];
-      const int tu0 = tile_of(u_lo - 1, lattice.nodes[ui]),
-                tu1 = tile_of(u_hi + 1, lattice.nodes[ui]),
-                tv0 = tile_of(v_lo - 1, lattice.nodes[vi]),
-                tv1 = tile_of(v_hi + 1, lattice.nodes[vi]);
+      const int tu0 = tile_of(u_lo - 1, ui), tu1 = tile_of(u_hi + 1, ui),
+                tv0 = tile_of(v_lo - 1, vi), tv1 = tile_of(v_hi + 1, vi);
       for (int v = std::max(tv0, bins.v); v <= std::min(tv1, bins.v + bins.down - 1); v++)
         for (int u = std::max(tu0, bins.u); u <= std::min(tu1, bins.u + bins.across - 1); u++)
           f(static_cast<size_t>((v - bins.v) * bins.across + u - bins.u), i);
@@ -232,9 +232,9 @@ void SweptMesh::fill(const RayTile& rays, TileIntervals& all) const {
   thread_local std::array<std::vector<Crossing>, kTileRays> crossings_of;
   for (auto& list : crossings_of) list.clear();
   const Bins& bins = bins_[static_cast<size_t>(rays.axis)];
-  const int tile_u = rays.u0 / kTileSide - bins.u, tile_v = rays.v0 / kTileSide - bins.v;
+  const int tile_u = tile_of_node(rays.u0) - bins.u, tile_v = tile_of_node(rays.v0) - bins.v;
   // A tile without a bin checks all triangles.
-  const bool binned = rays.u0 % kTileSide == 0 && rays.v0 % kTileSide == 0 && tile_u >= 0 &&
+  const bool binned = place_in_tile(rays.u0) == 0 && place_in_tile(rays.v0) == 0 && tile_u >= 0 &&
                       tile_v >= 0 && tile_u < bins.across && tile_v < bins.down;
   const size_t bin = binned ? static_cast<size_t>(tile_v * bins.across + tile_u) : 0,
                begins = binned ? bins.first[bin] : 0,
@@ -263,8 +263,8 @@ void SweptMesh::fill(const RayTile& rays, TileIntervals& all) const {
                   [&](int u, int v, double depth, int sign) {
                     const auto slot =
                         static_cast<size_t>((v - rays.v0) * kTileSide + (u - rays.u0));
-                    // The depth on the plane before snapping, where the prism of this triangle
-                    // begins.
+                    // The depth on the triangle's exact plane, before rounding to the grid. The
+                    // prism of this triangle begins there, too.
                     Vec3 o = Vec3::Zero();
                     o[ui] = u + 0.5;
                     o[vi] = v + 0.5;
@@ -274,8 +274,9 @@ void SweptMesh::fill(const RayTile& rays, TileIntervals& all) const {
                     crossings_of[slot].push_back({static_cast<float>(depth), sign, code_of_face()});
                   });
     if (!moving) continue;
-    // In the (t, s) plane of a ray, the triangle is a line (its plane). Three edges and 0 <= s <= 1
-    // clip it. The prism's interval is the projection of that segment on t.
+    // Depth t along a ray and motion parameter s: where the ray meets the plane of the moving
+    // triangle, t depends linearly on s. The triangle's three edges and 0 <= s <= 1 clip this line.
+    // The prism's interval is the range of t on the rest.
     const double alpha = normal[di], beta = face.along_motion;
     if (std::abs(alpha) + std::abs(beta) < face.edge_on) continue;
     const int u0 = std::max(seen.u0, static_cast<int>(std::floor(u_lo - 0.5)));
@@ -304,9 +305,9 @@ void SweptMesh::fill(const RayTile& rays, TileIntervals& all) const {
       slope[e] = by_s ? per_s + per_t * step : per_t + per_s * step;
       per[e] = by_s ? per_t : per_s;
     }
-    // The direction of the triangle's own face normal depends on the side of the prism that it
-    // closes. Codes carry no sign of the depth component. Therefore, the code is negated if the
-    // component along the ray would be wrong.
+    // The normal must point down the ray at the lower end of the prism's interval, and up at the
+    // upper end. A code does not store the sign of the depth component. So the code is negated if
+    // that sign would be wrong.
     const auto facing = [&](int edge, bool at_hi) {
       if (edge >= 0 && !side_code[edge]) side_code[edge] = code_of(face.side[edge], axis);
       const uint32_t code = edge < 0 ? code_of_face() : *side_code[edge];

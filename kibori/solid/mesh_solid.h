@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// A closed mesh as a tool, swept along a straight line: the mesh at its start, and the prism that
-// each triangle sweeps. It is exact and need not be convex. Its cost grows with the number of
-// triangles, and per tile with the triangles that can reach it. It allocates memory.
+// A closed mesh as a tool, swept along a straight line. The sweep is the union of the mesh at
+// its start and the prisms that its triangles sweep. It is exact. The mesh need not be convex. The
+// time of its construction grows with the number of triangles. The time for a tile grows with the
+// number of triangles that can reach it. It allocates memory.
 #pragma once
 
 #include <array>

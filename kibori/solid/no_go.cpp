@@ -66,7 +66,8 @@ void subtract(const std::vector<Interval>& whole, const std::vector<Interval>& p
     for (const Interval& p : part) {
       if (p.hi <= left.lo) continue;
       if (p.lo >= left.hi) break;
-      // The outward direction of the rest is the inward direction of the part.
+      // At an end of the removed part, the outward normal of the rest is the inward normal of the
+      // part.
       if (p.lo > left.lo)
         rest.push_back({left.lo, p.lo, left.normal_lo, negate_normal(p.normal_lo)});
       left.lo = p.hi;
@@ -104,17 +105,20 @@ Vec3 NoGo::normal_near(const LatticePoint& place, double radius) const {
       const Vec3 off(i + 0.5 - u, j + 0.5 - v, end - depth);
       const double near = 1 - off.squaredNorm() / (radius * radius);
       if (!(near > 0)) return;
-      // The number of ends of a field depends on the number of rays that meet the surface. The
-      // factor compensates for the angle.
+      // The number of rays that meet a face is proportional to this component of its normal. With
+      // the factor, each field counts a face by the square of the component. The squares add up to
+      // 1 over the three fields.
       const Vec3 normal = decode_normal(code, axis, out);
       const double weight = near * near * std::abs(normal[depth_index(axis)]);
       sum += weight * normal;
       all += weight;
     };
-    const int u_end = std::min(field.nodes_u(), static_cast<int>(std::ceil(u + radius))),
-              v_end = std::min(field.nodes_v(), static_cast<int>(std::ceil(v + radius)));
-    for (int j = std::max(0, static_cast<int>(std::floor(v - radius))); j < v_end; j++)
-      for (int i = std::max(0, static_cast<int>(std::floor(u - radius))); i < u_end; i++)
+    const int u_end = std::min(field.u_end(), static_cast<int>(std::ceil(u + radius))),
+              v_end = std::min(field.v_end(), static_cast<int>(std::ceil(v + radius)));
+    for (int j = std::max(field.v_begin(), static_cast<int>(std::floor(v - radius))); j < v_end;
+         j++)
+      for (int i = std::max(field.u_begin(), static_cast<int>(std::floor(u - radius))); i < u_end;
+           i++)
         field.for_spans(i, j, [&](const Span& span) {
           add(i, j, span.in, span.normal_in, false);
           add(i, j, span.out, span.normal_out, true);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A protected region that no tool may cut: a protected body, or a template within the stock. Edits
-// subtract it from a tool's sweep. Therefore, its material stays the same to the bit, and the walls
-// that a cut exposes have its normals.
+// subtract it from a tool's sweep. So its material stays the same, bit for bit. Where a cut reaches
+// the region, the new surface has the region's normals.
 #pragma once
 
 #include <memory>
@@ -17,12 +17,12 @@ class NoGo {
   explicit NoGo(std::unique_ptr<TriDexel> model)
       : model_(std::move(model)), solid_(model_->snapshot(), model_->material_bounds()) {}
 
-  // For forces: the region acts as a wall.
+  // The region as a model. Forces treat it as a wall.
   const TriDexel& model() const { return *model_; }
   const DexelSolid& solid() const { return solid_; }
   const LatticeBox& bounds() const { return model_->material_bounds(); }
   // Mean outward normal of its surface within `radius` cells of a place, as a unit vector. It is
-  // zero if there is no surface, or if the surface bends too much.
+  // zero if there is no surface, or if the normals differ by too much.
   Vec3 normal_near(const LatticePoint& place, double radius) const;
 
  private:
@@ -30,7 +30,7 @@ class NoGo {
   DexelSolid solid_;
 };
 
-// `whole` without a protected region. Each end is the same float as an end of one of the two.
+// The solid `whole` without a protected region. Each end is exactly an end of one of the two.
 class Except final : public Solid {
  public:
   Except(const Solid& whole, const NoGo& part);

@@ -27,8 +27,8 @@ HWY_INLINE unsigned StoreSpans(VF lo, VF hi, size_t slot, SpanLayer& out) {
   hn::Store(hn::IfThenElse(live, hi, F(-kFar)), d, out.hi + slot);
   return Bits(live);
 }
-// The smaller and the larger of two numbers. Of +0 and -0 they return the first argument, on every
-// vector unit.
+// The smaller and the larger of two numbers. For +0 and -0 they return the first argument. (Min
+// and Max differ there between vector units.)
 HWY_INLINE VF Less(VF a, VF b) { return hn::IfThenElse(hn::Lt(b, a), b, a); }
 HWY_INLINE VF More(VF a, VF b) { return hn::IfThenElse(hn::Lt(a, b), b, a); }
 

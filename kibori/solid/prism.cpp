@@ -22,7 +22,8 @@ struct FlatRay {
 };
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-// If a ray's part in the plane is shorter than this, the ray is one point in the plane.
+// If the projection of a unit vector along the rays is shorter than this, each ray is one point
+// in the plane.
 constexpr double kAlong = 1e-9;
 
 uint32_t code_of(const AcrossPlane& plane, const Vec2& normal, Axis axis) {
@@ -84,8 +85,8 @@ std::vector<OutlineSide> adjacent_sides(const std::vector<OutlineSide>& sides,
   return nearer;
 }
 
-// Calls f(ray, its list in `all`) for the rays of a tile. Rays that are one ray in the plane have
-// equal lists, so it calls f once for them.
+// Calls f(ray, its list in `all`) for the rays of a tile. If several rays have the same projection
+// on the plane, their lists are equal, so it calls f once for all of them.
 template <class All, class F>
 void for_rays(const AcrossPlane& plane, const RayTile& rays, const Vec2& along, All& all, F&& f) {
   std::array<Vec2, kTileSide> by_lane, by_row;
@@ -144,7 +145,7 @@ void Prism::fill(const RayTile& rays, TileIntervals& all) const {
   const Vec2 along = along_of(plane_, rays.axis);
   if (along.norm() < kAlong) {
     if (adjacent_sides(sides_, plane_, rays, 0).empty()) {
-      // The outline does not pass between the rays, so all are inside or all are outside.
+      // No side of the outline is near these rays, so all are inside or all are outside.
       const Vec3 middle = place_of(rays, kTileSide / 2.0, kTileSide / 2.0);
       if (is_inside(sides_, plane_.to_plane(middle)))
         for (auto& ray : all) ray.push_back({-kFar, kFar, 0, 0});
@@ -173,7 +174,7 @@ void Prism::fill(const RayTile& rays, TileIntervals& all) const {
   const Strip strip(plane_, rays, along);
   const double first = within_.units.min[depth_index(rays.axis)] - 1,
                last = within_.units.max[depth_index(rays.axis)] + 1;
-  // The sides that rays meet in the box, and those that they meet before it. Sides behind the box
+  // The sides that rays cross in the box, and those that they cross before it. Sides behind the box
   // do not matter.
   std::vector<Side> here, before;
   for (const OutlineSide* side : sides_near(sides_, strip, 0)) {
@@ -285,8 +286,8 @@ void Wall::fill(const RayTile& rays, TileIntervals& all) const {
   };
   const auto add_strip = [&](const FlatRay& ray, const Side& side) {
     Part part{-1e30, 1e30, side.n, side.n};
-    // Keeps the part where normal . (from + t along) <= limit. If rays are in the plane of a face,
-    // the strip owns only one of its two faces.
+    // Keeps the part where normal . (from + t along) <= limit. If rays lie exactly in a face,
+    // only one of the strip's two faces counts as inside.
     const auto clip = [&](const Vec2& normal, double limit, bool closed) {
       const double slope = normal.dot(along), rest = limit - normal.dot(ray.from);
       if (slope > 0 && rest / slope < part.hi) {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Solids from a drawn curve that is swept without end along a direction. A Prism is the inside of a
-// closed outline. A Wall is everything within half a thickness of a curve. In the plane across the
-// direction, every ray is a straight line. Its intervals are between its crossings.
+// Solids from a drawn curve that is swept infinitely far along a direction, on both sides. A Prism
+// is the inside of a closed outline. A Wall is everything within half a thickness of a curve.
+// Projected along the direction, the solid is a plane figure and a ray is a straight line. The
+// ray's intervals are between its crossings with the figure.
 #pragma once
 
 #include <utility>

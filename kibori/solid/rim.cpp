@@ -13,8 +13,9 @@ HWY_BEFORE_NAMESPACE();
 namespace kibori {
 namespace HWY_NAMESPACE {
 
-// Maximum number of Newton steps on t, and on s within each. 14 x 3 brings grazing rays (linear
-// convergence) to 1e-3 cells, and all others to float32.
+// Maximum number of Newton steps on t, and on s within each. After 14 x 3 steps, the error of
+// grazing rays, which converge linearly, is 1e-3 cells. All other rays have the precision of
+// float32.
 constexpr int kOuterSteps = 14;
 constexpr int kInnerSteps = 3;
 // Maximum number of steps to the rim at one pose, and of poses. Each step solves a quadratic, which
@@ -23,10 +24,10 @@ constexpr int kPoseSteps = 6;
 constexpr int kPoses = 2;
 // A ray within this distance of the rim [cells] is on it.
 constexpr float kThere = 1e-5f;
-// Steps for the first s, and for the s of a normal.
+// Maximum number of steps for the first s, and for the s of a normal.
 constexpr int kFirstSteps = 11, kNormalSteps = 16;
-// A ray whose step is shorter than this [cells] stays there, even if neighbouring rays still walk.
-// Therefore, the vector width does not change the result.
+// A ray whose step is shorter than this [cells] is finished, even if other rays of its vector
+// continue. Therefore, the vector width does not change the result.
 constexpr float kSettled = 1e-4f;
 // s is refined if that may gain more than this share of the remaining distance.
 constexpr float kMuch = 0.1f;
@@ -34,19 +35,19 @@ constexpr float kMuch = 0.1f;
 // A ray is parallel to the disc if its height above the disc changes by less than this per unit of
 // depth.
 constexpr float kParallel = 1e-12f;
-// Lengths below this [lattice units] are divided by as if they had this length. Directions have no
-// length on the rim's axis, and where a ray meets the rim's circle. The value only prevents 0 / 0.
+// Minimum of a length [lattice units] that is a divisor. On the rim's axis, and where a ray
+// meets the rim's circle, a length can be 0. The value only prevents 0 / 0.
 constexpr float kNoLength = 1e-12f;
 // kNoSweep, squared, in float32: (1e-9 cells)^2.
 constexpr float kNoSweep2 = 1e-18f;
 // Minimum curvature for a Newton step; below it the bracket is halved.
 constexpr float kNoCurvature = 1e-20f;
 // A ray misses the rim if it approaches by less than this per cell and is farther than this [cells]
-// away. If it is larger, grazing rays leave ridges. If it is smaller, they walk until all steps are
-// used.
+// away. With a larger value, grazing rays are lost, and ridges remain. With a smaller one, they use
+// all steps.
 constexpr float kPassing = 1e-4f;
-// A walk that ends farther than this [cells] from the rim has missed it. This is twenty times the
-// error of grazing rays after all steps.
+// If the search ends farther than this [cells] from the rim, the ray misses it. This is twenty
+// times the error of grazing rays after all steps.
 constexpr float kMissed = 2e-2f;
 
 struct RimPoint {
@@ -82,7 +83,7 @@ HWY_INLINE RimPoint Evaluate(const SweptRim::View& k, VF u, VF v, VF t, VF s) {
   const VF across = hn::Max(hn::Sub(F(m2 - mn * mn), hn::Mul(pm, pm)), F(0.0f));
   p.curve_s =
       hn::Add(hn::Add(hn::Mul(active, hn::Mul(pm, pm)), hn::Mul(ratio, across)), F(mn * mn));
-  // dp/dt is the ray's direction across the axis.
+  // The derivative of (pu, pv, pt) by t is the part of the ray's direction across the axis.
   const VF out_t = hn::Mul(pt, inv_rho);
   const VF pm_t = hn::Mul(hn::Sub(F(k.mt - k.nt * mn), hn::Mul(pm, out_t)), inv_rho);
   p.curve_ts = hn::Neg(
@@ -105,7 +106,8 @@ HWY_INLINE VF Nearest(const SweptRim::View& k, VF u, VF v, VF t, VF s, MF walk, 
     left = hn::IfThenElse(rising, left, s);
     const VF newton = hn::Sub(s, hn::Div(p.slope_s, hn::Max(p.curve_s, F(kNoCurvature))));
     const MF inside = hn::And(hn::Ge(newton, left), hn::Le(newton, right));
-    // In the first step, the bounds are only bounds: many rays are nearest exactly there.
+    // In the first step, the result is only clamped to the bounds, because many rays are nearest
+    // exactly there.
     const VF beyond = i == 0 ? hn::Min(hn::Max(newton, left_end), right_end)
                              : hn::Mul(hn::Add(left, right), F(0.5f));
     const VF to = hn::IfThenElse(inside, newton, beyond);
@@ -117,7 +119,7 @@ HWY_INLINE VF Nearest(const SweptRim::View& k, VF u, VF v, VF t, VF s, MF walk, 
   return s;
 }
 
-// The s at which the middle's path is nearest to a ray's point at t.
+// The s at which the disc's centre is nearest to a ray's point at t.
 HWY_INLINE VF ClosestToMiddle(const SweptRim::View& k, VF u, VF v, VF t, float m2) {
   const VF s =
       hn::Mul(hn::Add(hn::Add(hn::Mul(u, F(k.mu)), hn::Mul(v, F(k.mv))), hn::Mul(t, F(k.mt))),
@@ -127,8 +129,9 @@ HWY_INLINE VF ClosestToMiddle(const SweptRim::View& k, VF u, VF v, VF t, float m
 
 // Walks from `t` to the end of the rim at the pose `s` of each ray. If the ray misses that rim, it
 // walks to the nearest point. The first time, rays inside that rim stay, and `walk` drops them. No
-// step is much longer than `length`, the ray's length within the enclosing ball. Below the disc,
-// nothing shows how far its edge is, and float32 cannot return from a very long step.
+// step is longer than four times `length`, the ray's length within the enclosing ball. Below the
+// disc, the distance to the disc does not depend on its edge. So a step could be so long that
+// float32 cannot return from it.
 HWY_INLINE VF WalkAtPose(const SweptRim::View& k, VF u, VF v, VF t, VF s, VF length,
                          float direction, bool first, MF& walk) {
   const DF d;
@@ -153,7 +156,8 @@ HWY_INLINE VF WalkAtPose(const SweptRim::View& k, VF u, VF v, VF t, VF s, VF len
     const VF inverse = hn::Div(F(1.0f), rho), out = hn::Mul(half, inverse);
     const VF e = hn::Max(hn::Sub(rho, F(k.disc_radius)), zero);
     const VF height = hn::Add(z, hn::Mul(x, F(k.nt)));
-    // f = G^2 - corner^2, how fast it falls along the walk, and its curvature (halves of both).
+    // f = G^2 - corner^2. `falling` is half its decrease per unit of the walk, `curve` half its
+    // second derivative.
     const VF f = hn::Sub(hn::Add(hn::Mul(e, e), hn::Mul(height, height)), F(k.corner * k.corner));
     const VF falling = hn::Mul(hn::Add(hn::Mul(e, out), hn::Mul(height, F(k.nt))), F(-direction));
     const VF out2 = hn::Mul(out, out);
@@ -184,8 +188,8 @@ HWY_INLINE VF Walk(const SweptRim::View& k, VF u, VF v, VF t, VF length, bool up
   const float m2 = k.mu * k.mu + k.mv * k.mv + k.mt * k.mt;
   VF s = m2 > kNoSweep2 ? ClosestToMiddle(k, u, v, t, m2) : F(0.5f * (k.s_min + k.s_max));
   const float direction = up ? 1.0f : -1.0f;
-  // G is convex in (t, s), so it is nowhere below its tangent plane. The result is the maximum that
-  // another s can still gain where s has not settled.
+  // Where s has not converged, a better s may make G smaller. G is convex in (t, s), so it is
+  // nowhere below its tangent plane. This bounds the possible gain, which gain_of returns.
   const auto gain_of = [&](const RimPoint& p) HWY_ATTR {
     const VF slope_s = hn::Div(p.slope_s, hn::Max(p.distance, F(kNoLength)));
     return hn::Max(hn::Mul(slope_s, hn::Sub(s, s_min)), hn::Mul(slope_s, hn::Sub(s, s_max)));
@@ -197,7 +201,7 @@ HWY_INLINE VF Walk(const SweptRim::View& k, VF u, VF v, VF t, VF length, bool up
     if (hn::AllFalse(d, walk)) break;
     const RimPoint at = Evaluate(k, u, v, there, s);
     const VF gain = gain_of(at), excess = hn::Sub(at.distance, F(k.corner));
-    // The near end. At the far end, the distance grows along the walk.
+    // True at the rim's near end. At its far end, the distance grows along the walk.
     const MF near = hn::Le(hn::Mul(at.slope_t, F(direction)), F(kPassing));
     const MF arrived =
         hn::And(hn::And(walk, near), hn::Le(hn::Max(hn::Abs(excess), gain), F(kSettled)));
@@ -214,7 +218,8 @@ HWY_INLINE VF Walk(const SweptRim::View& k, VF u, VF v, VF t, VF length, bool up
   VF excess = hn::Zero(d);
   for (int outer = 0; outer < kOuterSteps && !hn::AllFalse(d, walk); outer++) {
     RimPoint at = Evaluate(k, u, v, t, s);
-    // The gain that is still open in s is no reason to walk further, nor to drop the ray.
+    // A better s may reduce G by up to `gain`. So the distance minus `gain` decides whether the ray
+    // goes further, or is dropped.
     VF gain = gain_of(at);
     const VF much = hn::Max(F(kSettled), hn::Mul(hn::Sub(at.distance, F(k.corner)), F(kMuch)));
     const MF off = hn::And(walk, hn::Gt(gain, much));
@@ -227,7 +232,8 @@ HWY_INLINE VF Walk(const SweptRim::View& k, VF u, VF v, VF t, VF length, bool up
     if (outer == 0) walk = hn::And(walk, hn::Gt(excess, hn::Zero(d)));
     const VF sure = hn::IfThenElse(hn::Gt(excess, hn::Zero(d)),
                                    hn::Max(hn::Sub(excess, gain), hn::Zero(d)), excess);
-    // On the walk, H falls until the near end. If it no longer falls, the ray passes by.
+    // Along the walk, H decreases until the near end of the rim. If it no longer decreases, the
+    // ray misses the rim.
     const VF slope = hn::Mul(at.slope_t, F(direction));
     const MF passing =
         hn::And(walk, hn::And(hn::Ge(slope, F(-kPassing)), hn::Gt(sure, F(kPassing))));
@@ -335,8 +341,9 @@ SweptRim::SweptRim(const LatticePoint& centre, const Mat3& frame, double disc_ra
       corner_(corner),
       start_is_clear_(start_is_clear && !motion.units.isZero(0)),
       hull_(centre, motion, disc_radius + corner) {
-  // The box of the whole rim, and the box around a box of its lower half. Which one is smaller
-  // depends on the axis.
+  // `whole` is the box of the whole rim. `half` is the box of its lower half, computed from a
+  // tilted box around it. Depending on the axis, either may be smaller, so the bounds are their
+  // intersection.
   Box whole, half;
   const Vec3 reach =
       disc_radius * (Vec3::Ones() - axis_.cwiseProduct(axis_)).cwiseMax(0).cwiseSqrt() +
@@ -353,10 +360,10 @@ SweptRim::SweptRim(const LatticePoint& centre, const Mat3& frame, double disc_ra
   bounds_ = {Box{whole.min.cwiseMax(half.min), whole.max.cwiseMin(half.max)}};
 }
 
-// True if the sweep reaches nothing on these rays beyond the start pose. The distance to the disc
-// is convex. Therefore, at a point that enters, it shrinks from the start, and the motion leads
-// away from the disc there. Below the disc, with a motion that does not lead down, this needs a
-// motion away from the axis.
+// True if the sweep reaches nothing on these rays beyond the start pose. The distance from a point
+// to the moving disc is a convex function of s. Therefore, if the point enters the sweep, the
+// distance decreases from s = 0 on. If the point is below the disc and the motion does not lead
+// down, the motion must then lead away from the axis.
 bool SweptRim::only_behind(const RayTile& rays) const {
   const double up = axis_.dot(motion_);
   return up >= 0 && max_over_rays(rays, bounds_.units, motion_ - up * axis_, centre_) <= 0;

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
-// The swept rounded rim of a bull-nose cutter. It is the set of points within `corner` of a disc
-// that moves along a straight line, below the disc. The tool's shank holds the points above.
+// The swept rounded rim of a bull-nose cutter. A disc moves along a straight line. The solid is the
+// set of points that are below the disc and within `corner` of it. The tool's shank contains the
+// points above the disc.
 //
 // The distance G(t, s) from a ray's point t to the disc at motion parameter s is convex. Therefore,
 // each end of the interval is a root of a convex function of t: H(t) = min over s of G(t, s) =
-// corner. Newton's method starts at the end of the enclosing swept ball. It first walks to the rim
-// at an end of the motion. If the motion is short, this is the end of almost every ray. For the
-// other rays, it refines s by a few steps along each step of t. The number of steps is fixed.
+// corner. Newton's method starts at the end of the enclosing swept ball. It first finds the end of
+// the rim at one pose, usually the first or the last one. If the motion is short, this is the
+// result for almost every ray. For the other rays, it refines s by a few steps after each step of
+// t. The number of steps is limited.
 #pragma once
 
 #include <kibori/solid/ball.h>
@@ -40,7 +42,7 @@ class SweptRim final : public Solid {
   Vec3 centre_, axis_, motion_;
   double disc_radius_, corner_;
   bool start_is_clear_;
-  SweptBall hull_;  // the smallest ball that holds the rim
+  SweptBall hull_;  // sweep of the smallest ball that holds the rim
   LatticeBox bounds_;
 };
 

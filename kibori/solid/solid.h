@@ -35,17 +35,17 @@ struct SpanLayer {
   alignas(64) float lo[kTileRays];
   alignas(64) float hi[kTileRays];
   uint16_t rows;
-  // Set by the caller. True: normals point into the solid (a cut leaves material outside it).
-  // False: out of it.
+  // Set by the caller. True: normals point into the solid, because a cut leaves the material
+  // outside of it. False: they point out of the solid.
   bool flip = false;
   // Set by `spans` if no ray of the tile has a further interval.
   bool last = false;
-  // Rows whose normals `spans` has already filled in, because it costs nothing.
+  // Rows whose normals `spans` has already filled in, because it had computed them anyway.
   uint16_t normals_ready = 0;
   NormalCodes codes;
 };
 
-// Ends of the solid that became ends of material: one bit per lane, one word per row.
+// A set of ends of a SpanLayer: one bit per lane, one word per row.
 struct EndMasks {
   uint16_t lo[kTileSide];
   uint16_t hi[kTileSide];
@@ -75,7 +75,8 @@ class Solid {
                        SpanLayer& of) const = 0;
 };
 
-// Maximum of slope'(x - from) over those rays within the bounds [lattice units].
+// Maximum of slope . (x - from) over the points x of a tile's rays at the depths of `bounds`
+// [lattice units].
 double max_over_rays(const RayTile& rays, const Box& bounds, const Vec3& slope, const Vec3& from);
 
 // The complement of `inside`. An intersection is a cut with the complement.

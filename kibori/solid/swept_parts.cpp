@@ -77,10 +77,11 @@ SweptParts::SweptParts(const Pose& start, const Vec3& motion_mm, const Lattice& 
 double SweptParts::useful() const {
   const Vec3 axis = start_.axis();
   double height = 0;
+  const Box whole = lattice_.whole().units;
   for (int corner = 0; corner < 8; corner++) {
-    Vec3 p = Vec3::Zero();
+    Vec3 p = whole.min;
     for (int i = 0; i < 3; i++)
-      if ((corner >> i) & 1) p[i] = lattice_.nodes[i];
+      if ((corner >> i) & 1) p[i] = whole.max[i];
     height =
         std::max({height, (p - tip_.units).dot(axis), (p - tip_.units - motion_.units).dot(axis)});
   }
@@ -126,8 +127,8 @@ void SweptParts::wedge_blade(int along, double angle_deg, double x_mm, double y_
 }
 
 void SweptParts::mesh(std::shared_ptr<const TriangleMesh> mesh) {
-  // Division, not multiplication by scale(): documents carved with mesh tools replay to the same
-  // bits.
+  // Divides by the pitch, because a multiplication by scale() rounds differently. With it, older
+  // documents with mesh tools would not replay to the same bits.
   add<SweptMesh>(std::move(mesh), start_, LatticeVector{motion_mm_ / lattice_.pitch_mm}, lattice_);
 }
 

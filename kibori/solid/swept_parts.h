@@ -10,9 +10,10 @@
 //    (      )   ball(radius)
 //     `----'    <- tip, height 0
 //
-// Arguments named _mm and _deg have the units of the shape. Heights start at the tip. Everything
+// Arguments named _mm are in mm, those named _deg in degrees. Heights start at the tip. Everything
 // else is in lattice units: mm times scale(). If a tool is longer than the lattice, the part beyond
-// the lattice is omitted. Do not cut it at the material: that changes the last digits of moments.
+// the lattice is omitted. Do not omit more, such as the part above the material: that would change
+// the last digits of moments.
 #pragma once
 
 #include <algorithm>
@@ -35,8 +36,9 @@ namespace kibori {
 // Sine and cosine of half a full angle in degrees.
 inline SinCos half_angle(double angle_deg) { return sin_cos(angle_deg * (std::numbers::pi / 360)); }
 
-// Where a body ends [lattice units]. A body that ends above everything it can meet is cut off there
-// and needs no face.
+// The top of a body [lattice units]. If the top is above the lattice, no ray can meet it, so the
+// body gets no top face. `length` is the real height of the top. `height` is limited to the
+// lattice.
 struct BodyTop {
   double height, length;
   bool has_face;
@@ -75,8 +77,8 @@ class SweptParts {
   void upright_box(double x_mm, double y_mm, double from_mm, double to_mm);
   // A cone of this full angle, cut between two heights. Adds nothing if it is above the lattice.
   void cone(double angle_deg, double apex_mm, double from_mm, double to_mm);
-  // A blade of x by y mm. Its edge is a V of this full angle, along x (0) or y (1). Its sides are
-  // upright above the V.
+  // A blade of x by y mm. Its edge is a V of this full angle, along x (`along` is 0) or y (1). Its
+  // sides are upright above the V.
   void wedge_blade(int along, double angle_deg, double x_mm, double y_mm, double length_mm);
   // A closed mesh in tool coordinates.
   void mesh(std::shared_ptr<const TriangleMesh> mesh);
@@ -98,12 +100,13 @@ class SweptParts {
   const Mat3& frame() const { return start_.frame; }
   const LatticeVector& motion() const { return motion_; }
   bool start_is_clear() const { return start_is_clear_; }
-  // The height of the lattice's farthest corner. A body meets nothing above it.
+  // A height above the lattice's farthest corner, during the whole motion [lattice units]. A body
+  // meets nothing above it.
   double useful() const;
   BodyTop top(double height_mm) const { return {height_mm * scale(), useful()}; }
 
  private:
-  // Raw memory: variants would be cleared every tick.
+  // Raw memory, because a std::variant would be cleared in every tick.
   struct Room {
     alignas(64) std::byte bytes[std::max({sizeof(SweptBall), sizeof(SweptConvex), sizeof(SweptRim),
                                           sizeof(SweptMesh)})];

@@ -17,10 +17,6 @@ bool is_convex(const Tool& tool) {
   return std::visit([](const auto& shape) { return shape.kIsConvex; }, tool);
 }
 
-FlatFaces flat_faces(const Tool& tool) {
-  return std::visit([](const auto& shape) { return shape.flat_faces(); }, tool);
-}
-
 double reach_mm(const Tool& tool) {
   return std::visit([](const auto& shape) { return shape.reach_mm(); }, tool);
 }

@@ -55,7 +55,7 @@ inline constexpr auto kToolShapes = internal::shapes_of(std::type_identity<Tool>
 // The name of a tool's shape.
 inline const char* shape_of(const Tool& tool) { return kToolShapes[tool.index()]; }
 
-// One line about a tool's shape, for people.
+// One line about a tool's shape, for users.
 const char* shape_note(const Tool& tool);
 
 // A tool of the named shape with its default numbers; nullopt if the name is unknown. A mesh tool
@@ -83,9 +83,6 @@ double reach_mm(const Tool& tool);
 // True if no ray can leave the tool and enter it again.
 bool is_convex(const Tool& tool);
 
-// The broad flat faces of a tool.
-FlatFaces flat_faces(const Tool& tool);
-
 // The solid that `tool` sweeps while it moves by motion_mm without a turn. Stored in place; only a
 // mesh allocates.
 class SweptTool final : public Solid {
@@ -93,7 +90,7 @@ class SweptTool final : public Solid {
   SweptTool(const Tool& tool, const Pose& start, const Vec3& motion_mm, const Lattice& lattice,
             bool start_is_clear = false);
 
-  // The same solid without the indirection if there is only one part.
+  // The same solid. If there is only one part, it is the part itself, which saves an indirection.
   const Solid& solid() const { return parts_.count() == 1 ? parts_[0] : *this; }
 
   LatticeBox bounds() const override;

@@ -15,13 +15,6 @@
 
 namespace kibori {
 
-// The broad flat faces of a tool. They are perpendicular to the first `axes` directions of its
-// pose. The tool's axis is the first direction.
-struct FlatFaces {
-  int axes = 0;
-  double size_mm = 0;  // maximum width of a face; infinite if it is unknown
-};
-
 // Checks the numbers of a tool and keeps the first fault as a sentence.
 class ToolCheck {
  public:
@@ -45,18 +38,17 @@ concept ToolShape = std::equality_comparable<Shape> &&
     requires(const Shape& shape, ToolCheck& checks, SweptParts& parts) {
   // Its name in scenes, documents and messages.
   { Shape::kShape } -> std::convertible_to<std::string_view>;
-  // One line for people: help of the Python module, docs/scenes.md.
+  // One line for users: help of the Python module, docs/scenes.md.
   { Shape::kAbout } -> std::convertible_to<std::string_view>;
   // True if no ray can leave the tool and enter it again.
   { Shape::kIsConvex } -> std::convertible_to<bool>;
   // Calls f(name, number) for each number, in the order of declaration. A
   // number is a double or, for sizes along x, y and z, a Vec3.
   Shape::for_numbers(shape, [](const char*, const auto&) {});
-  // Checks the numbers against each other. All are positive.
+  // Checks the numbers against each other. check_tool itself requires that all are positive.
   shape.check(checks);
   // Distance from the tip to the farthest point [mm].
   { shape.reach_mm() } -> std::same_as<double>;
-  { shape.flat_faces() } -> std::same_as<FlatFaces>;
   // Adds the parts of which the swept tool is made.
   shape.add_parts(parts);
 };

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Applies a spline's shape to a model. The result depends only on the current model and the shape.
-// A caller that lets a user drag control points restores the model and applies the new shape. The
-// functions allocate memory, so they are not for the servo thread.
+// Applies a spline's shape to a model. The result depends only on the model, the shape and the
+// operation. When the user drags a control point, the caller restores the model and applies the new
+// shape. The functions allocate memory, so do not call them on the servo thread.
 #pragma once
 
 #include <cstdint>
@@ -24,9 +24,10 @@ struct SplineOptions {
   double tolerance_cells = 0.02;
 };
 
-// Changes the model by the shape. `material` is the material of a deposit. Returns what was removed
-// or (for a deposit) added, by material, in lattice units. `clipped` is set if the shape reaches
-// beyond the lattice, so that this part is missing. New ends of spans have the shape's own normals.
+// Changes the model by the shape. `material` is the material of a deposit. Returns the removed or
+// (for a deposit) added volume, by material, in lattice units. `clipped` is set if a part of the
+// shape is missing because it is beyond the lattice. New ends of spans have the normals of the
+// shape.
 // Errors: those of make_spline_mesh, and a shape farther than kMaxNodesPerAxis cells beyond the
 // lattice. An error leaves the model unchanged.
 Result<Removed> apply_spline(TriDexel& model, const SplineShape& shape, SplineOperation operation,

@@ -10,9 +10,9 @@
 namespace kibori {
 namespace {
 
-// Points closer than this share of the curve's extent are in one place. If it is larger, fine
-// detail of a large curve is rejected. If it is smaller, the curve's direction there is rounding
-// error.
+// Points closer than this share of the curve's extent are in one place. With a larger value, fine
+// detail of a large curve would be rejected. With a smaller one, the curve's direction there would
+// be rounding error.
 constexpr double kOnePlace = 1e-9;
 
 // Solves matrix x = right in place, without pivots. These systems are diagonally dominant or nearly
@@ -195,7 +195,7 @@ Result<FlatCurve> CubicSpline::flatten(double tolerance_mm) const {
     samples += count;
   }
   if (!(samples <= kMaxSamples))
-    return Error{"the spline is too large for this pitch; use a coarser one"};
+    return Error{"the spline is too large for this pitch; use a larger pitch"};
   FlatCurve flat;
   flat.closed = closed_;
   flat.points = points_;

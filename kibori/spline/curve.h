@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
-// Cubic B-spline curves through or near control points that hands hold.
+// Cubic B-spline curves through or near control points.
 //
-// Knots are uniform. An interpolating curve passes point j at t = j. A closed approximating curve
-// is nearest to point j there. Therefore, a curve is linear in its points at any t:
+// Knots are uniform. An interpolating curve passes point j at t = j. In a closed approximating
+// curve, point j has its largest weight there. Because knots are uniform, a curve is linear in its
+// points at any t:
 //
 //   C(t) = sum over j of B_j(t) P_j.
 //
-// B_j is the share of point j's displacement that the curve follows. With knots by chord length, B
-// would depend on the points. Then a moved point would not move the curve by B_j alone.
+// If point j moves, the curve moves by B_j(t) times this displacement. If knots depended on chord
+// lengths, B would depend on the points, and this would not be true.
 #pragma once
 
 #include <cstddef>
@@ -24,8 +25,8 @@ namespace kibori {
 struct SplineCurve {
   std::vector<Vec3> points_mm;
   bool closed = false;
-  // If true, the curve passes through the points; an open one has no curvature at its ends. If
-  // false, it passes near them; an open one runs from the first point to the last.
+  // True: the curve passes through the points. If it is open, it has no curvature at its ends.
+  // False: it passes near the points. If it is open, it goes from the first point to the last.
   bool interpolate = true;
   bool operator==(const SplineCurve&) const = default;
 };
@@ -55,7 +56,7 @@ class CubicSpline {
 
   // Errors: fewer than 3 points (2 if open: a straight line), or more than kMaxSplinePoints. Also
   // coordinates that are not finite or larger than kMaxCoordinate. Also all points in one place, or
-  // neighbours of an interpolating curve in one place.
+  // two successive points of an interpolating curve in one place.
   static Result<CubicSpline> make(const SplineCurve& curve);
 
   bool closed() const { return closed_; }
@@ -69,8 +70,9 @@ class CubicSpline {
 
   // A polyline whose corners are on the curve, and whose distance from it is at most the tolerance.
   // The bound is |C''| dt^2 / 8, where C'' is linear between knots. Each span has at least
-  // kMinSegments segments, so that weights are nearly linear between samples too. Errors: a
-  // tolerance that is not above 0, or one that needs more than kMaxSamples.
+  // kMinSegments segments, so that weights are nearly linear between samples too. A straight line
+  // of two points has one segment. Errors: a tolerance that is not above 0, or one that needs more
+  // than kMaxSamples.
   Result<FlatCurve> flatten(double tolerance_mm) const;
 
   static constexpr int kMinSegments = 4;
@@ -88,7 +90,7 @@ class CubicSpline {
   bool closed_;
   size_t points_;
   int spans_;
-  Eigen::MatrixXd from_points_;  // B-spline coefficients, as sums of control points
+  Eigen::MatrixXd from_points_;  // row i: weights of the control points in coefficient i
   std::vector<Vec3> coefficients_;
 };
 

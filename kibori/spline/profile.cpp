@@ -78,7 +78,8 @@ std::vector<std::array<uint32_t, 3>> triangulate(const std::vector<Vec2>& polygo
     for (size_t k = after[after[i]]; k != before[i]; k = after[k]) {
       const Vec2& p = polygon[k];
       if (p.x() < min.x() || p.x() > max.x() || p.y() < min.y() || p.y() > max.y()) continue;
-      // Only a reflex corner can be the first to reach into the ear.
+      // If the polygon reaches into the ear, then one of its reflex corners is in the ear. So other
+      // corners need no check.
       if (turn_at(k) > 0) continue;
       if (turn(a, b, p) >= 0 && turn(b, c, p) >= 0 && turn(c, a, p) >= 0) return false;
     }
@@ -87,7 +88,8 @@ std::vector<std::array<uint32_t, 3>> triangulate(const std::vector<Vec2>& polygo
   std::vector<std::array<uint32_t, 3>> triangles;
   size_t left = n, at = 0, refused = 0;
   while (left > 3) {
-    // Rounding may hide the last ears. Then any corner is accepted, and the mesh stays closed.
+    // Because of rounding, the check can refuse all remaining corners. Then any corner is clipped,
+    // so that the mesh is closed.
     if (refused < left && !is_ear(at)) {
       refused++;
       at = after[at];

@@ -18,9 +18,9 @@ double signed_area(const std::vector<Vec2>& polygon);
 // True if sides of a closed polygon cross or touch, except neighbours in their common corner.
 bool crosses_itself(const std::vector<Vec2>& polygon);
 
-// Triangles of a counter-clockwise polygon that does not cross itself, by ear cutting (Meisters
-// 1975). It cuts ears in turn around the polygon, so that they do not all become slivers at one
-// corner.
+// Divides a counter-clockwise polygon that does not cross itself into triangles, by ear clipping
+// (Meisters 1975). It clips ears in turn around the polygon. Otherwise many slivers could meet at
+// one corner.
 std::vector<std::array<uint32_t, 3>> triangulate(const std::vector<Vec2>& polygon);
 
 }  // namespace kibori

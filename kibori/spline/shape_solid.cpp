@@ -14,29 +14,30 @@ namespace {
 
 constexpr double kGrid = 1 << kSnapBits;  // steps per cell
 
-// If a crossing is this close to a node [cells], integers decide their order. This is a thousand
-// times the float64 error of a depth of 2^15 cells.
+// If a crossing is this close to a node [cells], integers decide their order. This is far above the
+// float64 error of a depth of 2^15 cells, which is about 1e-11.
 constexpr double kClose = 1e-7;
 
-// Gaps and intervals that contain no node and are thinner than this [cells] are dropped. Triangles
-// that share a plane agree only to a step of the grid. This is far below what the surface shows.
+// Gaps and intervals that contain no node and are thinner than this [cells] are dropped. They
+// appear where two triangles are in the same plane, because rounding to the grid separates the two.
+// They are far too thin to be visible in the surface.
 constexpr float kSliver = 1e-3f;
 
 }  // namespace
 
 struct ShapeSolid::Crossing {
   uint32_t ray;  // index of the ray, as in Table::first
-  int node;      // the first node behind it
+  int node;      // the first node after it
   End end;
 };
 
 Result<ShapeSolid> ShapeSolid::make(const SplineMesh& shape, const Lattice& lattice, int threads) {
   ShapeSolid solid(shape);
-  const Vec3 room = lattice.nodes.matrix().cast<double>();
+  const Box whole = lattice.whole().units;
   for (const Vec3& vertex : shape.mesh.vertices) {
     const Vec3 at = lattice.to_lattice(vertex).units;
-    if (!(at.array() >= -kMaxNodesPerAxis).all() ||
-        !((room - at).array() >= -kMaxNodesPerAxis).all())
+    if (!((at - whole.min).array() >= -kMaxNodesPerAxis).all() ||
+        !((whole.max - at).array() >= -kMaxNodesPerAxis).all())
       return Error{"the spline's shape reaches more than " + std::to_string(kMaxNodesPerAxis) +
                    " cells beyond the stock's lattice"};
     GridPoint point;
@@ -57,7 +58,7 @@ SnappedPoint ShapeSolid::snapped(uint32_t vertex, Axis axis) const {
           static_cast<double>(point[static_cast<size_t>(depth_index(axis))]) / kGrid};
 }
 
-// The first node of a ray behind its crossing with a triangle.
+// The first node of a ray after its crossing with a triangle.
 int ShapeSolid::node_behind(uint32_t triangle, Axis axis, int u, int v, double depth) const {
   const double nearest = std::floor(depth);  // the node at nearest + 1/2
   const int node = static_cast<int>(nearest);
@@ -72,8 +73,8 @@ int ShapeSolid::node_behind(uint32_t triangle, Axis axis, int u, int v, double d
   place(u_index(axis), u);
   place(v_index(axis), v);
   place(depth_index(axis), node);
-  // The side of the triangle's plane that the node is on. Coordinates are below 2^29, so the
-  // normal's are below 2^60, and the sum needs more than 64 bits.
+  // The side of the triangle's plane that the node is on. Points have coordinates below 2^29. The
+  // normal's components are below 2^60, so the sum needs more than 64 bits.
   __extension__ using Wide = __int128;
   Wide side = 0;
   int64_t normal[3];
@@ -82,8 +83,8 @@ int ShapeSolid::node_behind(uint32_t triangle, Axis axis, int u, int v, double d
     normal[i] = (b[j] - a[j]) * (c[k] - a[k]) - (b[k] - a[k]) * (c[j] - a[j]);
     side += static_cast<Wide>(normal[i]) * (at[i] - a[i]);
   }
-  // A node on the plane is shifted by (x, y, z). x is far larger than y, and y is far larger than
-  // z.
+  // A node on the plane counts as shifted by a tiny (x, y, z). x is far larger than y, and y far
+  // larger than z. So the first component of the normal that is not zero decides.
   for (size_t i = 0; i < 3 && side == 0; i++) side = normal[i];
   const bool ahead = normal[static_cast<size_t>(depth_index(axis))] > 0;
   return (side > 0) == ahead ? node : node + 1;
@@ -92,8 +93,9 @@ int ShapeSolid::node_behind(uint32_t triangle, Axis axis, int u, int v, double d
 RayRect ShapeSolid::rays_met(const Lattice& lattice, Axis axis) const {
   const int ui = u_index(axis), vi = v_index(axis);
   const Box& box = bounds_.units;
+  const Box whole = lattice.whole().units;
   const auto ray_at = [&](double place, int index) {
-    return static_cast<int>(std::clamp(place, 0.0, static_cast<double>(lattice.nodes[index])));
+    return static_cast<int>(std::clamp(place, whole.min[index], whole.max[index]));
   };
   return {ray_at(std::floor(box.min[ui]), ui), ray_at(std::ceil(box.max[ui]), ui),
           ray_at(std::floor(box.min[vi]), vi), ray_at(std::ceil(box.max[vi]), vi)};
@@ -111,9 +113,9 @@ std::vector<ShapeSolid::Crossing> ShapeSolid::find_crossings(Axis axis, const Ra
                   [&](int u, int v, double depth, int sign) {
                     const int node = node_behind(i, axis, u, v, depth);
                     const int tile =
-                        (v / kTileSide - table.tv0) * table.tiles_u + (u / kTileSide - table.tu0);
-                    const int slot = v % kTileSide * kTileSide + u % kTileSide;
-                    // If float32 rounds a depth to the node's other side, the clamp corrects it.
+                        (tile_of_node(v) - table.tv0) * table.tiles_u + tile_of_node(u) - table.tu0;
+                    const int slot = slot_of_ray(u, v);
+                    // Rounding to float32 may move the depth past the node. The clamp corrects it.
                     const float low = static_cast<float>(node) - 0.5f;
                     const float at =
                         std::clamp(static_cast<float>(depth), std::nextafter(low, kFar), low + 1);
@@ -159,10 +161,10 @@ ShapeSolid::Table ShapeSolid::make_table(const Lattice& lattice, Axis axis) cons
   Table table;
   const RayRect rect = rays_met(lattice, axis);
   if (rect.u0 >= rect.u1 || rect.v0 >= rect.v1) return table;
-  table.tu0 = rect.u0 / kTileSide;
-  table.tv0 = rect.v0 / kTileSide;
-  table.tiles_u = (rect.u1 - 1) / kTileSide + 1 - table.tu0;
-  table.tiles_v = (rect.v1 - 1) / kTileSide + 1 - table.tv0;
+  table.tu0 = tile_of_node(rect.u0);
+  table.tv0 = tile_of_node(rect.v0);
+  table.tiles_u = tile_of_node(rect.u1 - 1) + 1 - table.tu0;
+  table.tiles_v = tile_of_node(rect.v1 - 1) + 1 - table.tv0;
   const size_t tiles = static_cast<size_t>(table.tiles_u) * static_cast<size_t>(table.tiles_v);
   const std::vector<Crossing> found = find_crossings(axis, rect, table);
 
@@ -188,9 +190,8 @@ ShapeSolid::Table ShapeSolid::make_table(const Lattice& lattice, Axis axis) cons
 }
 
 int ShapeSolid::tile_of(const Table& table, const RayTile& rays) {
-  const int tu = rays.u0 / kTileSide - table.tu0, tv = rays.v0 / kTileSide - table.tv0;
-  if (rays.u0 < 0 || rays.v0 < 0 || tu < 0 || tu >= table.tiles_u || tv < 0 || tv >= table.tiles_v)
-    return -1;
+  const int tu = tile_of_node(rays.u0) - table.tu0, tv = tile_of_node(rays.v0) - table.tv0;
+  if (tu < 0 || tu >= table.tiles_u || tv < 0 || tv >= table.tiles_v) return -1;
   return tv * table.tiles_u + tu;
 }
 
@@ -235,7 +236,7 @@ uint32_t ShapeSolid::code(const End& end, Axis axis, int u, int v, bool at_hi, b
   const auto& corners = shape_->mesh.triangles[end.triangle];
   const SnappedPoint p[3] = {snapped(corners[0], axis), snapped(corners[1], axis),
                              snapped(corners[2], axis)};
-  // Twice the areas of the three parts around the ray.
+  // Weights of the three corners: twice the areas of the triangles between the ray and the sides.
   const double x = (u + 0.5) * kGrid, y = (v + 0.5) * kGrid;
   double part[3], whole = 0;
   for (size_t i = 0; i < 3; i++) {

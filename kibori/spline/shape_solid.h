@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-// A spline's mesh as a solid, from the crossings of all rays of its region. The mesh snaps to a
-// grid of 2^-kSnapBits cells in all three directions, so all fields see exactly the same mesh.
-// Integer arithmetic decides if a node is inside. A node on the mesh is treated as shifted, as
-// crossings.h shifts its ray. Therefore, the fields agree at every node, without a vote. Inside is
-// where the winding number is not zero. Internal to `spline`.
+// A spline's mesh as a solid, from the crossings of all rays that meet its bounds. All three
+// coordinates of the mesh are rounded to a grid of 2^-kSnapBits cells, so all fields use exactly
+// the same mesh. Integer arithmetic decides if a node is inside. A node exactly on the mesh counts
+// as shifted, in the same direction as rays in solid/crossings.h. Therefore, the three fields
+// always agree about a node. A point is inside if its winding number is not zero. Internal to
+// `spline`.
 #pragma once
 
 #include <array>
@@ -20,8 +21,8 @@ namespace kibori {
 
 class ShapeSolid final : public Solid {
  public:
-  // Keeps a reference to the shape. The result does not depend on `threads` (1..3). Error: a shape
-  // that reaches farther than kMaxNodesPerAxis cells beyond the lattice.
+  // The shape must outlive the result. The result does not depend on `threads` (1..3). Error: a
+  // shape that reaches farther than kMaxNodesPerAxis cells beyond the lattice.
   static Result<ShapeSolid> make(const SplineMesh& shape, const Lattice& lattice, int threads);
 
   LatticeBox bounds() const override { return bounds_; }
@@ -30,7 +31,7 @@ class ShapeSolid final : public Solid {
   void normals(const RayTile& rays, int layer, const EndMasks& ends, SpanLayer& of) const override;
 
  private:
-  // A crossing of a ray. `entering` means against the triangle's outward normal.
+  // A crossing of a ray with a triangle. `entering`: the ray runs against the outward normal.
   struct End {
     float depth;
     uint32_t triangle : 31;
@@ -39,13 +40,13 @@ class ShapeSolid final : public Solid {
   struct Interval {
     End lo, hi;
   };
-  // Intervals of the rays of one field's tiles, tile by tile. Those of slot s of tile t are
-  // intervals[first[t * kTileRays + s]] .. [.. + 1].
+  // Intervals of the rays of one field, tile by tile. Slot s of tile t has the number
+  // i = t * kTileRays + s. Its intervals have the indices first[i] ... first[i + 1] - 1.
   struct Table {
     int tu0 = 0, tv0 = 0, tiles_u = 0, tiles_v = 0;
     std::vector<uint32_t> first;
     std::vector<Interval> intervals;
-    std::vector<uint32_t> layers;  // by tile: maximum number on one ray
+    std::vector<uint32_t> layers;  // by tile: maximum number of intervals of a ray
   };
   struct Crossing;
   using GridPoint = std::array<int64_t, 3>;

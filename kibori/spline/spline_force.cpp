@@ -38,7 +38,7 @@ std::vector<SplineVolumeChange> spline_volume_changes(const SplineMesh& shape,
         (at[triangle[1]] - at[triangle[0]]).cross(at[triangle[2]] - at[triangle[0]]);
     const double area = 0.5 * std::sqrt(normal.squaredNorm());
     if (!(area > 0)) continue;
-    Vec3 across[3];  // factor for the sample's displacement
+    Vec3 across[3];  // times the sample's displacement: displacement of the vertex along the normal
     for (size_t i = 0; i < 3; i++) {
       across[i] = normal / (2 * area);
       if (!shape.carry.empty()) across[i] = shape.carry[triangle[i]].transpose() * across[i];

@@ -16,13 +16,14 @@ namespace kibori {
 namespace {
 
 // A profile's corner is on the axis if it is nearer than this share of the profile's extent. A
-// tangent shorter than this share has no direction. It is far above rounding and far below a cell.
+// tangent shorter than this share has no direction. The share is far above rounding errors and far
+// below a cell.
 constexpr double kNothing = 1e-9;
 
 bool finite(const Vec3& v) { return (v.array().abs() <= kMaxCoordinate).all(); }
 
 Error too_many_triangles() {
-  return Error{"the spline's shape is too large for this pitch; use a coarser one"};
+  return Error{"the spline's shape is too large for this pitch; use a larger pitch"};
 }
 
 // Number of parts of a full turn so that chords are within the tolerance of an arc: r (2 pi / n)^2
@@ -38,7 +39,7 @@ double extent_of(const FlatCurve& curve) {
   return box.size().norm();
 }
 
-// Builds the mesh.
+// Adds vertices and triangles to a mesh.
 class Builder {
  public:
   Builder(SplineMesh& out, double vertices, double triangles) : out_(out) {
@@ -52,7 +53,7 @@ class Builder {
     out_.sample.push_back(static_cast<uint32_t>(sample));
     return static_cast<uint32_t>(out_.mesh.vertices.size() - 1);
   }
-  // Replaces a corner's normal of zero length by the triangle's own.
+  // Normalises the normals. One of zero length is replaced by the normal of the flat triangle.
   void triangle(const std::array<uint32_t, 3>& corners, std::array<Vec3, 3> normals) {
     const auto at = [&](size_t i) -> const Vec3& { return out_.mesh.vertices[corners[i]]; };
     for (Vec3& normal : normals) {
@@ -159,7 +160,7 @@ struct TurnedPoint {
   Vec2 tangent;  // zero: none
   Vec3 outward;  // from the axis to the curve's sample, unit
   size_t sample;
-  bool foot;  // on the axis, added next to an end
+  bool foot;  // true: added on the axis, to close an open curve that ends away from it
 };
 
 // The closed profile. For an open curve, the side from the last corner to the first is on the axis.
@@ -183,7 +184,7 @@ Result<std::vector<TurnedPoint>> turned_profile(const FlatCurve& curve, const Ve
     }
     profile.push_back({{distance, height}, Vec2::Zero(), outward, i, false});
   }
-  // An end on the axis is in the half-plane of its neighbour.
+  // An end on the axis has no direction from the axis. It gets that of its neighbour.
   if (profile.front().at.x() == 0) profile.front().outward = profile[1].outward;
   if (profile.back().at.x() == 0) profile.back().outward = profile[n - 2].outward;
   for (size_t i = 0; i < n; i++) {
@@ -206,8 +207,9 @@ Result<std::vector<TurnedPoint>> turned_profile(const FlatCurve& curve, const Ve
   return profile;
 }
 
-// Flattens the curve so that its sides are within the tolerance in (distance, height) too. In these
-// coordinates, a side that passes near the axis is bent. Planar profiles need no refinement.
+// Flattens the curve so that it is also within the tolerance in the coordinates (distance from the
+// axis, height). In these coordinates, a straight side that passes near the axis is curved. Planar
+// profiles need no refinement.
 Result<FlatCurve> flatten_around(const CubicSpline& spline, const Vec3& centre, const Vec3& axis,
                                  double tolerance_mm) {
   const auto seen = [&](const Vec3& at) {
@@ -235,7 +237,7 @@ Result<FlatCurve> flatten_around(const CubicSpline& spline, const Vec3& centre, 
 struct Revolution {
   Vec3 centre, axis;
   std::vector<TurnedPoint> profile;  // counter-clockwise
-  // Unit vectors from the axis: at each part, and in the middle before the next part.
+  // Unit vectors from the axis: at the start of each part of the turn, and at its middle.
   std::vector<Vec3> outward, outward_between;
 
   uint32_t parts() const { return static_cast<uint32_t>(outward.size()); }
@@ -260,7 +262,7 @@ Status orient_profile(std::vector<TurnedPoint>& profile, double extent) {
 // Divides the turn into `parts`, starting at the direction `first`.
 void divide_turn(Revolution& turned, const Vec3& first, uint32_t parts) {
   const Vec3 second = turned.axis.cross(first);
-  // At part k plus `behind` of a part.
+  // The direction at `behind` (0 to 1) of part k.
   const auto outward_at = [&](uint32_t k, double behind) {
     const SinCos turn = sin_cos(2 * std::numbers::pi * (k + behind) / parts);
     return Vec3(turn.cos * first + turn.sin * second);
@@ -412,8 +414,8 @@ bool sections_cross(const FlatCurve& curve, const std::vector<Vec3>& tangent,
   return false;
 }
 
-// Joins the rings of a sweep, with `sides` vertices each. For an open sweep, also joins the two
-// vertices at its ends. `normals` are per vertex.
+// Joins successive rings of a sweep, with `sides` vertices each. For an open sweep, also joins the
+// first and the last ring to the single vertex beyond it. `normals` are per vertex.
 void join_rings(const std::vector<Vec3>& normals, uint32_t sides, bool closed, Builder& builder) {
   const auto count = static_cast<uint32_t>(normals.size());
   const auto add_triangle = [&](uint32_t a, uint32_t b, uint32_t c) {
@@ -462,7 +464,8 @@ Result<SplineMesh> sweep(const SplineShape& shape, FlatCurve curve, double toler
     builder.vertex(curve.at_mm[sample] + radius * normal, sample);
     normals.push_back(normal);
   };
-  // A ring of a half ball at an end. It leans out along the curve by an angle.
+  // A ring of vertices around sample i. `lean` is its angle towards the curve's direction: 0 on the
+  // tube, other angles on the half balls at the ends.
   const auto add_ring = [&](size_t i, const SinCos& lean) {
     const Vec3 other = tangent[i].cross(across[i]);
     for (const SinCos& turn : turns)
@@ -500,8 +503,9 @@ Result<SplineMesh> make_spline_mesh(const SplineShape& shape, double tolerance_m
     return Error{"the radius of a sweep must be finite and above 0 mm"};
   const Result<CubicSpline> spline = CubicSpline::make(shape.curve);
   if (!spline) return Error{spline.error()};
-  // A turn uses half of the tolerance, so the curve gets the other half. On the outside of a bend,
-  // a sweep is up to twice as long as its curve. Therefore, its curve gets a quarter.
+  // The chords of a turn use half of the tolerance, so the curve gets the other half. On the
+  // outside of a bend, a sweep is up to twice as long as its curve. Therefore, its curve gets a
+  // quarter.
   if (shape.kind == SplineKind::revolve) return revolve(shape, spline.value(), tolerance_mm / 2);
   Result<FlatCurve> flat = spline.value().flatten(swept ? tolerance_mm / 4 : tolerance_mm);
   if (!flat) return Error{flat.error()};

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Makes a solid shape from a spline. The profile is extruded along a direction or revolved about an
 // axis, or a round section follows the curve. The result is a closed mesh with the shape's own
-// normals. Every corner of the mesh knows the sample of the curve that it moves with, for forces
-// (spline_force.h).
+// normals. For forces (spline_force.h), the mesh stores for each vertex the sample of the curve
+// with which it moves.
 #pragma once
 
 #include <array>
@@ -23,13 +23,14 @@ constexpr Names<3> names_of(SplineKind) { return {"extrude", "revolve", "sweep"}
 struct SplineShape {
   SplineKind kind = SplineKind::sweep;
   SplineCurve curve;
-  // For extrude: the curve is the profile. It must be planar. If it is open, its chord closes it.
-  // It moves by `length_mm` along the direction (of any length), which must not be in its plane.
+  // For extrude: the curve is the profile. It must be planar. If it is open, a straight line closes
+  // it. It is extruded by `length_mm` along the direction (of any length), which must not be in its
+  // plane.
   Vec3 direction = Vec3::UnitZ();
   double length_mm = 10;
-  // For revolve: a full turn about the axis (of any length). An open curve is closed by the feet of
-  // its ends on the axis. If a curve is not in one plane with the axis, its distance from the axis
-  // and its height count.
+  // For revolve: a full turn about the axis (of any length). The ends of an open curve are joined
+  // to the axis by perpendicular lines. If a curve is not in one plane with the axis, only its
+  // distance from the axis and its height count.
   Vec3 axis_point_mm = Vec3::Zero();
   Vec3 axis = Vec3::UnitZ();
   // For sweep: the radius of the round section. An open curve ends in half balls. Parts of a sweep

@@ -34,7 +34,7 @@ constinit const std::array<CellEdge, kCellEdges> kEdges = make_edges();
 
 CellSheets sheets_of(uint8_t inside, uint8_t flipped) {
   const auto is_in = [&](int corner) { return ((inside >> corner) & 1) != 0; };
-  // The links of an edge: one on each of its two faces.
+  // The neighbours of an edge in its ring: one through each of the edge's two faces.
   std::array<std::array<int, 2>, kCellEdges> links;
   std::array<int, kCellEdges> link_count{};
   // For an ambiguous face: one edge of each pair.
@@ -54,7 +54,7 @@ CellSheets sheets_of(uint8_t inside, uint8_t flipped) {
     }
     if (count == 2) link(crossed[0], crossed[1]);
     if (count != 4) continue;
-    // Link around each corner of one kind: inside corners, or outside corners if flipped.
+    // Link the two edges at each inside corner, or at each outside corner if the face is flipped.
     const bool around_inside = !((flipped >> face) & 1);
     int pairs = 0;
     ambiguous[static_cast<size_t>(face)] = true;
@@ -70,7 +70,6 @@ CellSheets sheets_of(uint8_t inside, uint8_t flipped) {
     if (link_count[static_cast<size_t>(start)] == 0 ||
         sheets.of_edge[static_cast<size_t>(start)] != kNoSheet)
       continue;
-    // Walk along the ring.
     int edge = start, from = -1;
     do {
       sheets.of_edge[static_cast<size_t>(edge)] = sheets.count;

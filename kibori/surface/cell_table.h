@@ -9,10 +9,11 @@
 // pairs, and the links close to rings. Each ring is one sheet of surface with one vertex (dual
 // marching cubes).
 //
-// A face is ambiguous if its inside corners are diagonal to each other. It has two ways to link,
-// and the rule keeps inside corners apart. If, in both cells of such a face, a ring passes through
-// it twice, two sheets share a mesh edge. Only there, the face is linked the other way ("flipped").
-// Tests check all cases: a flip never causes another such face.
+// A face is ambiguous if its two inside corners are diagonal to each other. Its edges can then be
+// linked in two ways, and the rule keeps the inside corners apart. There is one exception: in both
+// cells of the face, one ring passes through the face twice. Then two quads would share an edge, so
+// the face is linked the other way ("flipped"). Tests check all cases: a flip never makes another
+// flip necessary.
 #pragma once
 
 #include <array>
@@ -45,7 +46,7 @@ struct CellSheets {
   uint8_t twice;  // faces that one sheet passes through twice, one bit each
 };
 
-// The sheets of a cell by its inside corners (one bit each), with no face flipped.
+// The sheets of a cell with these inside corners (one bit each), if no face is flipped.
 const CellSheets& sheets_of(uint8_t inside);
 
 // The same with the faces in `flipped` linked the other way. `flipped` must be a subset of `twice`.

@@ -131,7 +131,7 @@ struct Halves {
   HWY_INLINE Halves(const V3& left, const V3& across, const V3& right) {
     const V3 m = Cross(left, across), n = Cross(across, right);
     bend = Dot(m, n);
-    // Far above the rounding error of a degenerate triangle: an angle of 1e-5.
+    // The minimum angle is 1e-5. This is far above the rounding error of a degenerate triangle.
     const VF min = hn::Mul(F(1e-10f), Dot(across, across));
     clear = hn::And(hn::Gt(Dot(m, m), hn::Mul(min, Dot(left, left))),
                     hn::Gt(Dot(n, n), hn::Mul(min, Dot(right, right))));
@@ -156,7 +156,7 @@ void ChooseQuadDiagonals(const Quad* quads, size_t count, const QuantizedPositio
     const MF smooth1 = hn::Gt(first.bend, hn::Zero(DF())),
              smooth2 = hn::Gt(second.bend, hn::Zero(DF()));
     const VI rank1 = hn::Add(a.rank, c.rank), rank2 = hn::Add(b.rank, d.rank);
-    // Prefer the smoother split, then the one along a sharp edge, then the shorter one.
+    // The better diagonal, by these criteria in order: no fold, along a sharp edge, shorter.
     const auto by_rank = hn::RebindMask(DF(), hn::Gt(rank1, rank2));
     const auto same_rank = hn::RebindMask(DF(), hn::Eq(rank1, rank2));
     const MF shorter = hn::Le(Dot(ac, ac), Dot(bd, bd));

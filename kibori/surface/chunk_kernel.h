@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Vector functions on many rays, vertices or quads of a chunk at once. Internal to `surface`.
 //
-// Each lane computes what it would compute alone. Therefore, results depend neither on the vector
-// width nor on the rest of the batch. Batches are padded to a multiple of kBatch.
+// The result of a lane does not depend on other lanes. Therefore, results depend neither on the
+// vector width nor on the rest of the batch. Batches are padded to a multiple of kBatch.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,8 @@ using Vec4f = Eigen::Vector4f;  // as wide as a vector register; often only thre
 
 inline constexpr size_t kBatch = 16;
 
-// The spans of one plane that begin in (min, max], and those that end in it: bit u of row v.
+// Spans with an end in (min, max], for one plane. Bit u of in[v]: the span of ray (u, v) begins
+// there. Bit u of out[v]: it ends there.
 struct PlaneEnds {
   uint16_t in[kTileSide], out[kTileSide];
 };
@@ -34,13 +35,13 @@ struct SheetSums {
   Vec4f* points;    // w: number of points
   Vec4f* normals;   // of unit length; w: number of known normals
   Vec4f* products;  // points times normals along each axis
-  // The cell's centre. `rank` holds the remainders of x, y and z, 3 bits each.
+  // The cell's centre. As input, `rank` holds the remainders of x, y and z, 3 bits each.
   QuantizedPosition* centres;
 };
 
 // Handles sheets that are one smooth face (all normals near their mean). Sets `centres` to the
-// vertex's position, at the given quanta per lattice unit, and `normals` to its unit normal. Other
-// sheets get rank 0.
+// vertex's position, and `normals` to its unit normal. `quanta`: per lattice unit. Other sheets get
+// rank 0.
 using PlaceSheets = void (*)(const SheetSums& sums, size_t count, float quanta);
 
 // Vertices in order around a quad.
@@ -56,15 +57,15 @@ using ChooseDiagonals = void (*)(const Quad* quads, size_t count, const Quantize
 // Fills `ends` for one plane of a tile.
 using FindEnds = void (*)(const Plane& plane, float min, float max, PlaneEnds& ends);
 
-// The nodes in each span of one plane: from ... to - 1, none if to <= from. Nodes are counted from
-// `first` and clamped to [0, count].
+// The nodes in each span of one plane: from ... to - 1; none if to <= from. Indices of nodes are
+// relative to `first`, and clamped to [0, count].
 struct PlaneNodes {
   alignas(64) int32_t from[kTileRays];
   alignas(64) int32_t to[kTileRays];
 };
 using FindNodes = void (*)(const Plane& plane, float first, float count, PlaneNodes& nodes);
 
-// The best functions for this processor.
+// The functions for the widest vector unit of this processor.
 struct ChunkKernel {
   FindEnds find_ends;
   FindNodes find_nodes;

@@ -41,21 +41,14 @@ Multiple cross(const Multiple& u, const Multiple& v) {
 bool is_zero(const Multiple& a) { return a.x == 0 && a.y == 0 && a.z == 0; }
 
 // Coordinates of vertices are multiples of a quantum. The quantum is a power of two that float32
-// can represent everywhere in the model. Along each axis, the remainder of the multiple by 8
-// depends on the cell (mod 4) and the sheet. Two vertices with equal remainders are of the same
-// cell and sheet, or their cells are at least 4 apart. That is farther than kVertexReach, so no two
-// vertices have the same position.
+// can represent wherever the model has material. Along each axis, the remainder of the multiple by
+// 8 depends on the cell (mod 4) and the sheet. If two vertices have equal remainders, they are the
+// same vertex, or their cells are at least 4 apart. Then their positions differ, because a vertex
+// is within kVertexReach of its cell's centre. So no two vertices have the same position.
 class VertexGrid {
  public:
-  explicit VertexGrid(const Lattice& lattice)
-      : origin_(lattice.origin_mm), pitch_(lattice.pitch_mm) {
-    double max = 0;
-    for (int i = 0; i < 3; i++) {
-      const double low = lattice.origin_mm[i], high = low + lattice.nodes[i] * lattice.pitch_mm;
-      max = std::max({max, std::abs(low), std::abs(high)});
-    }
-    quantum_ = std::ldexp(1.0, std::ilogb(max + 4 * lattice.pitch_mm) + 1 - 24);
-  }
+  VertexGrid(const Lattice& lattice, double quantum)
+      : origin_(lattice.origin_mm), pitch_(lattice.pitch_mm), quantum_(quantum) {}
   // The centre of a cell (along one axis) in quanta.
   int32_t centre(int axis, int cell) const {
     return static_cast<int32_t>(std::lround((origin_[axis] + pitch_ * (cell + 1)) / quantum_));
@@ -77,7 +70,8 @@ class VertexGrid {
   double quantum_;  // a power of two
 };
 
-// Paint and material at a place on the surface. If ends differ, the maximum counts.
+// Paint and material of a vertex, in one number. If they differ among its ends, the largest number
+// counts.
 using SurfaceAttribute = uint64_t;
 SurfaceAttribute look_of(Color paint, uint8_t material) { return uint64_t{paint} << 8 | material; }
 Color paint_of(SurfaceAttribute look) { return static_cast<Color>(look >> 8); }
@@ -90,19 +84,37 @@ struct Hit {
   SurfaceAttribute look = 0;
 };
 
-// The first integer k with depth <= k + 1/2: the node at or after an end. It truncates, because
-// some processors have no instruction to round up. Valid for depths from -2 up.
+// The first integer k with depth <= k + 1/2: the node at or after an end. Computed by truncation,
+// because some processors have no instruction to round up. Below -2.5 truncation rounds up, and the
+// comparison corrects it.
 int node_after(float depth) {
   const int k = static_cast<int>(depth + 2.5f) - 2;
   return static_cast<float>(k) - 0.5f >= depth ? k - 1 : k;
 }
 
+// The smallest power of two whose multiples float32 can represent in `box` [lattice units].
+double quantum_for(const Box& box, const Lattice& lattice) {
+  double max = 0;
+  for (int i = 0; i < 3; i++)
+    for (const double end : {box.min[i], box.max[i]})
+      max = std::max(max, std::abs(lattice.origin_mm[i] + end * lattice.pitch_mm));
+  return std::ldexp(1.0, std::ilogb(max + 4 * lattice.pitch_mm) + 1 - 24);
+}
+
 }  // namespace
+
+double vertex_quantum(const Snapshot& model) {
+  const Lattice& lattice = model.lattice;
+  const double of_base = quantum_for(lattice.base().units, lattice),
+               of_all = quantum_for(lattice.whole().units, lattice);
+  // A lattice may have grown farther than its material reaches.
+  return of_all == of_base ? of_base : quantum_for(fitted_lattice(model).whole().units, lattice);
+}
 
 // Makes the chunks of columns of chunks along z.
 class ChunkWorker::Impl {
  public:
-  explicit Impl(const Snapshot& model) : model_(&model), grid_(model.lattice) {
+  Impl(const Snapshot& model, double quantum) : model_(&model), grid_(model.lattice, quantum) {
     for (size_t i = 0; i < kCellEdges; i++) {
       const CellEdge e = kEdges[i];
       const Index3 corner(e.corner & 1, (e.corner >> 1) & 1, e.corner >> 2);
@@ -112,15 +124,17 @@ class ChunkWorker::Impl {
       place.middle[3] = 1;
       place.offset = e.axis * kEdgesOfAxis + node_index(corner);
     }
-    // Hit 0 is for edges whose end is unknown, because the fields disagree by a rounding error. It
-    // is in the middle of the edge.
+    // Hit 0 is for edges that have no end, because rounding made the fields disagree about a node.
+    // It is in the middle of the edge.
     hits_.push_back({Vec4f::Zero(), Vec4f::Zero(), 0});
   }
 
   // Selects another snapshot of the same model.
-  void look_at(const Snapshot& model) { model_ = &model; }
+  void look_at(const Snapshot& model, double quantum) {
+    model_ = &model;
+    grid_ = VertexGrid(model.lattice, quantum);
+  }
 
-  // Loads chunks (x, y, z_begin) ... (x, y, z_end - 1).
   void take_column(int x, int y, int z_begin, int z_end) {
     first_ = Index3(x, y, 0) * kChunkCells - 1;
     z_begin_ = z_begin;
@@ -158,7 +172,7 @@ class ChunkWorker::Impl {
     bool own;        // true: of this chunk, false: of the next
   };
   // An edge of a cell. `middle` is relative to the cell's centre, and its w = 1 counts the terms of
-  // a sum. `offset` leads from the cell's first hit to the edge's hit.
+  // a sum. hit_at_[node_index(cell.at) + offset] is the edge's hit.
   struct EdgePlace {
     Vec4f middle;
     size_t offset;
@@ -169,7 +183,7 @@ class ChunkWorker::Impl {
     uint32_t sheet;
     SurfaceAttribute look;
   };
-  // The edge in the middle of a quad: the last edge of one cell along one axis.
+  // The edge in the middle of a quad. It is parallel to `axis` and ends at the cell's far corner.
   struct QuadEdge {
     uint32_t cell;  // in cells_
     Axis axis;
@@ -181,7 +195,7 @@ class ChunkWorker::Impl {
 
   uint32_t& column(int x, int y) { return columns_[static_cast<size_t>((y + 1) * kNodes + x + 1)]; }
   bool node(const Index3& at) { return (column(at[0], at[1]) >> (at[2] + 1)) & 1; }
-  // Number of the hit on the edge from node `at` to the next node along `axis`.
+  // Index in hits_ of the hit on the edge from node `at` to the next node along `axis`.
   uint16_t& hit(Axis axis, const Index3& at) {
     return hit_at_[static_cast<size_t>(axis) * kEdgesOfAxis + node_index(at)];
   }
@@ -211,10 +225,12 @@ class ChunkWorker::Impl {
     const float first_node = static_cast<float>(z_begin_ * kChunkCells - 2),
                 bits = 16.0f * static_cast<float>(words_);
     const int u_first = first_[0] - 1, v_first = first_[1] - 1;
-    const int u0 = std::max(u_first, 0), u1 = std::min(u_first + kNodes, field.nodes_u());
-    const int v0 = std::max(v_first, 0), v1 = std::min(v_first + kNodes, field.nodes_v());
-    for (int tv = v0 / kTileSide; tv * kTileSide < v1; tv++)
-      for (int tu = u0 / kTileSide; tu * kTileSide < u1; tu++)
+    const int u0 = std::max(u_first, field.u_begin()),
+              u1 = std::min(u_first + kNodes, field.u_end());
+    const int v0 = std::max(v_first, field.v_begin()),
+              v1 = std::min(v_first + kNodes, field.v_end());
+    for (int tv = tile_of_node(v0); tv * kTileSide < v1; tv++)
+      for (int tu = tile_of_node(u0); tu * kTileSide < u1; tu++)
         for (const Plane* p = &field.tile(tu, tv).first; p; p = p->next) {
           if (!p->reaches(static_cast<double>(first_node), static_cast<double>(first_node + bits)))
             continue;
@@ -224,7 +240,7 @@ class ChunkWorker::Impl {
           for (int v = std::max(v0, tv * kTileSide); v < std::min(v1, (tv + 1) * kTileSide); v++)
             for (int u = std::max(u0, tu * kTileSide); u < std::min(u1, (tu + 1) * kTileSide);
                  u++) {
-              const auto slot = static_cast<size_t>(v % kTileSide * kTileSide + u % kTileSide);
+              const auto slot = static_cast<size_t>(slot_of_ray(u, v));
               auto from = static_cast<unsigned>(nodes.from[slot]);
               const auto to = static_cast<unsigned>(nodes.to[slot]);
               uint16_t* words = inside_.data() +
@@ -238,7 +254,7 @@ class ChunkWorker::Impl {
         }
   }
 
-  // Loads the nodes of one chunk. Returns false if all of them are alike.
+  // Loads the nodes of one chunk. Returns false if all of them are inside, or all outside.
   bool load_columns(int z) {
     constexpr uint32_t kAll = (1u << kNodes) - 1;
     uint32_t any = 0, all = kAll;
@@ -279,7 +295,7 @@ class ChunkWorker::Impl {
     out_.own = own;
     return !cells_.empty();
   }
-  // Flips faces that one sheet passes through twice on both sides.
+  // Flips a face of the cell if, in both cells of the face, one sheet passes through it twice.
   const CellSheets* flip(const Index3& at, uint8_t inside, const CellSheets* sheets) {
     unsigned flipped = 0;
     for (unsigned faces = sheets->twice; faces; faces &= faces - 1) {
@@ -292,17 +308,19 @@ class ChunkWorker::Impl {
                    : sheets;
   }
 
-  // Loads the ends of one field that are between two nodes that differ.
+  // Loads the ends of one field that are between an inside node and an outside node.
   template <Axis axis>
   void load_hits() {
     const FieldSnapshot& field = model_->field(axis);
     constexpr int ui = u_index(axis), vi = v_index(axis), di = depth_index(axis);
-    const int u0 = std::max(first_[ui], 0), u1 = std::min(first_[ui] + kHitNodes, field.nodes_u());
-    const int v0 = std::max(first_[vi], 0), v1 = std::min(first_[vi] + kHitNodes, field.nodes_v());
+    const int u0 = std::max(first_[ui], field.u_begin()),
+              u1 = std::min(first_[ui] + kHitNodes, field.u_end());
+    const int v0 = std::max(first_[vi], field.v_begin()),
+              v1 = std::min(first_[vi] + kHitNodes, field.v_end());
     // Ends between the first node and the last.
     const float min = static_cast<float>(first_[di]) + 0.5f, max = min + kCells;
-    for (int tv = v0 / kTileSide; tv * kTileSide < v1; tv++)
-      for (int tu = u0 / kTileSide; tu * kTileSide < u1; tu++)
+    for (int tv = tile_of_node(v0); tv * kTileSide < v1; tv++)
+      for (int tu = tile_of_node(u0); tu * kTileSide < u1; tu++)
         for (const Plane* p = &field.tile(tu, tv).first; p; p = p->next) {
           if (!p->reaches(static_cast<double>(min) - 1, static_cast<double>(max) + 1)) continue;
           PlaneEnds ends;
@@ -321,7 +339,7 @@ class ChunkWorker::Impl {
   template <Axis axis>
   void put_hit(int u, int v, const Plane& plane, bool at_out) {
     constexpr int ui = u_index(axis), vi = v_index(axis), di = depth_index(axis);
-    const int slot = v % kTileSide * kTileSide + u % kTileSide;
+    const int slot = slot_of_ray(u, v);
     const float depth = at_out ? plane.out[slot] : plane.in[slot];
     Index3 at;
     at[ui] = u - first_[ui];
@@ -438,10 +456,10 @@ class ChunkWorker::Impl {
     place = placed_at(place, placed.point, cell.at, static_cast<int>(sheet.sheet));
     place.rank = placed.rank;
   }
-  // Adds the face that a vertex passes by the largest distance. Candidates are faces in its cell
-  // and the cells around it.
+  // Adds a face of this cell or of a cell around it, if the vertex is beyond one. It chooses the
+  // face that the vertex is farthest beyond. Returns false if there is none.
   bool add_adjacent_face(const Index3& cell, const SheetVertex& placed, SheetEnds& ends) {
-    // The farther the vertex moved, the farther away a face may be that it passed.
+    // A vertex that is far from its ends may be beyond a face that is also far away.
     const float max_distance = 3 * ends.distance_to(placed.point);
     float farthest = 0;
     Vec4f farthest_point = Vec4f::Zero(), farthest_normal = Vec4f::Zero();
@@ -466,24 +484,24 @@ class ChunkWorker::Impl {
     constexpr int ui = u_index(axis), vi = v_index(axis), di = depth_index(axis);
     const FieldSnapshot& field = model_->field(axis);
     const Index3 at = first_ + cell;  // the cell is between this node and the next
-    const int u_end = std::min(at[ui] + 2, field.nodes_u() - 1),
-              v_end = std::min(at[vi] + 2, field.nodes_v() - 1);
+    const int u_end = std::min(at[ui] + 2, field.u_end() - 1),
+              v_end = std::min(at[vi] + 2, field.v_end() - 1);
     const auto centre = static_cast<float>(at[di] + 1);
-    for (int v = std::max(at[vi] - 1, 0); v <= v_end; v++)
-      for (int u = std::max(at[ui] - 1, 0); u <= u_end; u++) {
+    for (int v = std::max(at[vi] - 1, field.v_begin()); v <= v_end; v++)
+      for (int u = std::max(at[ui] - 1, field.u_begin()); u <= u_end; u++) {
         Vec4f ray = Vec4f::Zero();
         ray[ui] = static_cast<float>(u - at[ui]) - 0.5f;
         ray[vi] = static_cast<float>(v - at[vi]) - 0.5f;
         if (std::abs(ray[ui] - about[ui]) > max_distance ||
             std::abs(ray[vi] - about[vi]) > max_distance)
           continue;
-        const int slot = v % kTileSide * kTileSide + u % kTileSide;
-        const Tile& tile = field.tile(u / kTileSide, v / kTileSide);
+        const int slot = slot_of_ray(u, v);
+        const Tile& tile = field.tile(tile_of_node(u), tile_of_node(v));
         float last_out = -kFar;
         for (const Plane* p = &tile.first; p && !p->empty_at(slot); p = p->next) {
           for (const bool at_out : {false, true}) {
             const float end = (at_out ? p->out : p->in)[slot], depth = end - centre;
-            // There is no face where only the material changes.
+            // Where one span continues another, only the material changes, so there is no face.
             const bool continues = at_out ? p->next && p->next->in[slot] == end : last_out == end;
             if (continues || !(std::abs(depth) <= 1.5f)) continue;
             Vec4f point = ray, normal = normal_of<axis>(*p, slot, at_out);
@@ -506,7 +524,7 @@ class ChunkWorker::Impl {
     return {along(0, centre.x), along(1, centre.y), along(2, centre.z), 1};
   }
 
-  // Makes the quads of the edges whose nearest cell is this one.
+  // Makes the quads of the three edges that end at the cell's far corner.
   void make_quads(uint32_t cell) {
     if (!cells_[cell].own) return;
     make_quad<Axis::x>(cell);
@@ -571,8 +589,8 @@ class ChunkWorker::Impl {
       }
     }
   }
-  // The better diagonal of those that leave no triangle degenerate, if there is one. The arithmetic
-  // is exact.
+  // The better one of those diagonals that leave no triangle degenerate; nullopt if there is none.
+  // The test for degenerate triangles is exact.
   std::optional<Diagonal> look_closer(const uint32_t (&q)[4]) const {
     const QuantizedPosition &a = places_[q[0]], &b = places_[q[1]], &c = places_[q[2]],
                             &d = places_[q[3]];
@@ -591,8 +609,8 @@ class ChunkWorker::Impl {
     return ac.smooth || !bd.smooth ? kFirstThird : kSecondFourth;
   }
 
-  // All four vertices are on one line (or fold upon one). A vertex off the line makes four proper
-  // triangles.
+  // For a quad whose four vertices are on one line. A fifth vertex next to the line makes four
+  // triangles that are not degenerate.
   void make_fan(const uint32_t (&q)[4], const QuadEdge& edge) {
     const Cell& cell = cells_[edge.cell];
     Index3 from = cell.at;  // the edge's near node, starting at the cell's node
@@ -650,7 +668,7 @@ class ChunkWorker::Impl {
   }
 
   const Snapshot* model_;
-  const VertexGrid grid_;
+  VertexGrid grid_;
   const ChunkKernel kernel_ = chunk_kernel();
   // The chunk's first cell. Cell c is between nodes c and c + 1.
   Index3 first_ = Index3::Zero();
@@ -676,9 +694,10 @@ class ChunkWorker::Impl {
   SurfaceChunk out_;
 };
 
-ChunkWorker::ChunkWorker(const Snapshot& model) : impl_(std::make_unique<Impl>(model)) {}
+ChunkWorker::ChunkWorker(const Snapshot& model, double quantum)
+    : impl_(std::make_unique<Impl>(model, quantum)) {}
 ChunkWorker::~ChunkWorker() = default;
-void ChunkWorker::look_at(const Snapshot& model) { impl_->look_at(model); }
+void ChunkWorker::look_at(const Snapshot& model, double quantum) { impl_->look_at(model, quantum); }
 void ChunkWorker::take_column(int x, int y, int z_begin, int z_end) {
   impl_->take_column(x, y, z_begin, z_end);
 }

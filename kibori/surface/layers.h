@@ -18,21 +18,22 @@ struct Layer {
   std::vector<std::vector<std::array<double, 2>>> outlines;
 };
 
-// Outlines pass exactly through the ends of the x and y dexels of that plane. Between two dexels,
-// an outline cuts the corner by a straight line.
+// Outlines pass exactly through the ends of the x and y dexels of that plane. Between two ends they
+// are straight, so a corner between them is cut off.
 Layer slice_layer(const Snapshot& model, int k);
 
-// 255 if the node is inside, 0 otherwise. Each row has nodes.x() pixels. The row of the largest y
-// is first, as in pictures.
+// A picture of the nodes of index `k` along z: 255 inside, 0 outside. Each row has one pixel for
+// each node along x, including those that growth added. The row of the largest y is first.
 std::vector<uint8_t> mask_layer(const Snapshot& model, int k);
 
-// The node layers nearest to the middles of slices of `layer_mm`, from the lowest to the highest
-// material. Empty if there is no material. Requires layer_mm > 0.
+// Divides the height from the lowest to the highest material into slices of thickness `layer_mm`.
+// Returns the index along z of the nodes nearest to the middle of each slice. Empty if there is no
+// material. Requires layer_mm > 0.
 std::vector<int> layers_of(const Snapshot& model, double layer_mm);
 
-// Heights seen from above. Each z ray has 1 ... 65535 for `low_mm` to `high_mm`, the lowest and the
-// highest top. 0 means no material. Each row has nodes.x() pixels, and the row of the largest y is
-// first.
+// Heights of the surface, seen from above. Each ray along z has a value: 1 means `low_mm`, the
+// height of the lowest top, and 65535 means `high_mm`, that of the highest. 0 means no material.
+// Each row has one pixel for each node along x, and the row of the largest y is first.
 struct HeightMap {
   int width = 0, height = 0;
   double low_mm = 0, high_mm = 0;

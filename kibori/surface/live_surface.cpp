@@ -6,14 +6,15 @@
 #include <cstring>
 #include <map>
 #include <tuple>
+#include <utility>
 
 #include <kibori/surface/chunk_worker.h>
 
 namespace kibori {
 namespace {
 
-// The difference of two tiles: rays (bits of their u and v), and the depth range of the ends that
-// only one has. Normals, materials and paint count too.
+// The difference of two tiles: the depth range of the ends that only one tile has, and their rays
+// (bits of u and v). Ends also differ by normal, material or paint.
 struct TileDifference {
   float low = kFar, high = -kFar;
   uint32_t us = 0, vs = 0;
@@ -90,10 +91,28 @@ struct ChunkOrder {
   }
 };
 
+void sort_unique(std::vector<Index3>& chunks) {
+  std::sort(chunks.begin(), chunks.end(), ChunkOrder());
+  chunks.erase(std::unique(chunks.begin(), chunks.end(),
+                           [](const Index3& a, const Index3& b) { return (a == b).all(); }),
+               chunks.end());
+}
+
+std::vector<Index3> all_chunks(const Snapshot& model) {
+  const ChunkRange range = surface_chunks(model.lattice);
+  std::vector<Index3> all;
+  for (int z = range.low[2]; z < range.high[2]; z++)
+    for (int y = range.low[1]; y < range.high[1]; y++)
+      for (int x = range.low[0]; x < range.high[0]; x++) all.emplace_back(x, y, z);
+  return all;
+}
+
 }  // namespace
 
 std::vector<Index3> changed_chunks(const Snapshot& before, const Snapshot& now) {
-  const Index3 chunks = surface_chunks(now.lattice);
+  const ChunkRange chunks = surface_chunks(now.lattice),
+                   was_chunks = surface_chunks(before.lattice);
+  const Index3 low = chunks.low.min(was_chunks.low), high = chunks.high.max(was_chunks.high);
   std::vector<Index3> changed;
   TileComparison comparison;
   for (const Axis axis : kAxes)
@@ -110,7 +129,7 @@ std::vector<Index3> changed_chunks(const Snapshot& before, const Snapshot& now) 
           first[depth_index(axis)] = static_cast<int>(std::floor(d.low - 0.5f));
           last[depth_index(axis)] = static_cast<int>(std::ceil(d.high - 0.5f));
           // Chunk c depends on nodes 16 c - 2 ... 16 c + 17.
-          const auto chunk_of = [&](int node, int i) { return std::clamp(node, 0, chunks[i] - 1); };
+          const auto chunk_of = [&](int at, int i) { return std::clamp(at, low[i], high[i] - 1); };
           Index3 from, to;
           for (int i = 0; i < 3; i++) {
             from[i] = chunk_of(static_cast<int>(std::floor((first[i] - 17 + 15) / 16.0)), i);
@@ -120,17 +139,16 @@ std::vector<Index3> changed_chunks(const Snapshot& before, const Snapshot& now) 
             for (int y = from[1]; y <= to[1]; y++)
               for (int x = from[0]; x <= to[0]; x++) changed.emplace_back(x, y, z);
         });
-  std::sort(changed.begin(), changed.end(), ChunkOrder());
-  changed.erase(std::unique(changed.begin(), changed.end(),
-                            [](const Index3& a, const Index3& b) { return (a == b).all(); }),
-                changed.end());
+  sort_unique(changed);
   return changed;
 }
 
 struct LiveSurface::State {
-  State(const Snapshot& first, int threads) : model(first), workers(first, threads) {}
+  State(const Snapshot& first, int threads)
+      : model(first), quantum(vertex_quantum(first)), workers(first, quantum, threads) {}
 
   Snapshot model;
+  double quantum;
   Workers workers;
   std::map<Index3, SurfaceChunk, ChunkOrder> chunks;  // chunks that have a surface
   std::vector<Index3> changed;
@@ -138,7 +156,7 @@ struct LiveSurface::State {
 
   void make(const std::vector<Index3>& list) {
     std::vector<SurfaceChunk> made(list.size());
-    workers.look_at(model);
+    workers.look_at(model, quantum);
     workers.run(list.size(), [&](ChunkWorker& worker, size_t i) {
       worker.take_column(list[i][0], list[i][1], list[i][2], list[i][2] + 1);
       made[i] = worker.run(list[i][2]);
@@ -154,12 +172,7 @@ struct LiveSurface::State {
 
 LiveSurface::LiveSurface(const Snapshot& model, int threads)
     : state_(std::make_unique<State>(model, threads)) {
-  std::vector<Index3> all;
-  const Index3 chunks = surface_chunks(model.lattice);
-  for (int z = 0; z < chunks[2]; z++)
-    for (int y = 0; y < chunks[1]; y++)
-      for (int x = 0; x < chunks[0]; x++) all.emplace_back(x, y, z);
-  state_->make(all);
+  state_->make(all_chunks(model));
 }
 LiveSurface::~LiveSurface() = default;
 LiveSurface::LiveSurface(LiveSurface&&) noexcept = default;
@@ -167,6 +180,12 @@ LiveSurface& LiveSurface::operator=(LiveSurface&&) noexcept = default;
 
 const std::vector<Index3>& LiveSurface::update(const Snapshot& now) {
   state_->changed = changed_chunks(state_->model, now);
+  // All vertices use one grid. Material that reaches farther may need a coarser one.
+  const double quantum = vertex_quantum(now);
+  if (std::exchange(state_->quantum, quantum) != quantum) {
+    for (const auto& [at, chunk] : state_->chunks) state_->changed.push_back(at);
+    sort_unique(state_->changed);
+  }
   state_->model = now;
   state_->make(state_->changed);
   return state_->changed;

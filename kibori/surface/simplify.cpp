@@ -13,12 +13,13 @@
 namespace kibori {
 namespace {
 
-// kMinTurn is the minimum cosine of the angle by which a triangle turns when a corner moves.
-// kMinShape is the minimum ratio of shape, which prevents slivers.
+// A triangle must not turn too far when a corner moves: kMinTurn is the minimum cosine of that
+// angle. kMinShape prevents slivers: it is the minimum of twice the area, divided by the square of
+// the longest side.
 constexpr double kMinTurn = 0.3, kMinShape = 0.02;
 
-// Distances are measured at some points of the fans, and may be larger between them. Therefore,
-// only this share of the tolerance is used.
+// The distance between two surfaces is measured only at some points, and may be larger between
+// them. Therefore, only this share of the tolerance is used.
 constexpr double kShare = 0.6;
 
 // Sum of squared distances to planes, weighted by area: p.A p + 2 b.p + c.
@@ -52,7 +53,7 @@ class Simplifier {
   Simplifier(const Surface& surface, double tolerance) : surface_(surface), tolerance_(tolerance) {
     const size_t count = surface.vertices.size();
     triangles_ = surface.triangles;
-    // Relative to the middle, so that quadrics keep their digits.
+    // Coordinates are relative to the middle of the surface. Otherwise quadrics would lose digits.
     Box box;
     for (const SurfaceVertex& v : surface.vertices) box.include(position(v));
     points_.reserve(count);
@@ -64,7 +65,8 @@ class Simplifier {
     moved_.assign(triangles_.size(), 0);
     version_.assign(count, 0);
     for (const SurfaceTriangle& t : triangles_) {
-      // A wall perpendicular to the surface along a colour border keeps the border in place.
+      // To keep a colour border in place, the quadrics of its vertices get a plane through it,
+      // perpendicular to the surface.
       for (size_t i = 0; i < 3; i++) {
         const uint32_t p = t[i], q = t[(i + 1) % 3];
         if (!same_color(p, q) || same_color(p, t[(i + 2) % 3])) continue;
@@ -97,7 +99,7 @@ class Simplifier {
   struct Wish {
     double cost;
     uint32_t vertex, version;
-    // For a queue with the lowest cost on top; ties by number.
+    // For a queue with the lowest cost on top; equal costs by vertex number.
     bool operator<(const Wish& other) const {
       return cost != other.cost ? cost > other.cost : vertex > other.vertex;
     }
@@ -125,7 +127,7 @@ class Simplifier {
   }
   bool same_color(uint32_t a, uint32_t b) const {
     const SurfaceVertex &p = surface_.vertices[a], &q = surface_.vertices[b];
-    return p.material == q.material && p.paint == q.paint;
+    return p.material == q.material && with_mask(p.paint, 0) == with_mask(q.paint, 0);
   }
   static bool has(const SurfaceTriangle& t, uint32_t v) {
     return t[0] == v || t[1] == v || t[2] == v;
@@ -205,8 +207,9 @@ class Simplifier {
     return !(joined(v) && joined(u));
   }
 
-  // True if v's triangles stay proper and near when v moves to u. `moved` becomes the bound on all
-  // distances moved there so far.
+  // True if v may move to u: no triangle of v becomes degenerate or turns over, and the surface
+  // stays within the tolerance. `moved` receives a bound on the distance of the surface there from
+  // the original.
   bool fits(uint32_t v, uint32_t u, double& moved) {
     const Vec3 &from = points_[v], &to = points_[u];
     double before_now = 0;
@@ -228,9 +231,10 @@ class Simplifier {
         return false;
       fan_.push_back(is);
     }
-    // The distance between the old fan and the new one. It samples the old fan's middle and sides
-    // against the new fan. It samples the middles and inner sides of the new triangles against the
-    // old fan. It also samples the crossings of the sides of both.
+    // The distance between the old fan of triangles around v and the new one. It is measured from v
+    // and the middles of the old fan's inner sides to the new fan. In the other direction, it is
+    // measured from the middles of the new triangles and of their inner sides. Points where an old
+    // side crosses a new one are measured, too.
     double apart = to_fan(from);
     if (before_now + apart > kShare * tolerance_) return false;
     for (const uint32_t w : ring_v_) apart = std::max(apart, to_fan(0.5 * (from + points_[w])));
@@ -244,7 +248,7 @@ class Simplifier {
           apart = std::max(apart, from_fan(v, 0.5 * (to + end)));
           for (const uint32_t w : ring_v_) {
             const Crossing c = crossing(from, points_[w], to, end);
-            // The fans may be nearer there than these two sides.
+            // The fans may be closer to each other there than these two sides are.
             if ((c.here - c.there).norm() > apart)
               apart = std::max({apart, to_fan(c.here), from_fan(v, c.there)});
           }
@@ -254,8 +258,8 @@ class Simplifier {
     return moved <= kShare * tolerance_;
   }
 
-  // Distance from v to the colour border without v: the line from u to its other neighbour on the
-  // border.
+  // Distance from v to the colour border after the merge: the line from u to v's other neighbour on
+  // the border.
   double to_border(uint32_t v, uint32_t u) const {
     if (border_.empty()) return 0;
     double nearest = std::numeric_limits<double>::infinity();
@@ -266,8 +270,8 @@ class Simplifier {
     return nearest;
   }
 
-  // The points where the segments a b and c d pass over each other. If they do not, both are the
-  // same point.
+  // The nearest points of the lines a b and c d. If the lines are parallel, or if one of the points
+  // is not inside its segment, both results are a.
   struct Crossing {
     Vec3 here, there;
   };

@@ -12,8 +12,9 @@ namespace kibori {
 // vertices, so no two have the same position. Sharp edges and colour borders are kept.
 //
 // The algorithm merges vertices into neighbours, lowest error first (quadrics: Garland and
-// Heckbert, 1997). A merge needs the link condition (Dey et al., 1999). It must not turn a triangle
-// over. The sum of the distances moved must stay below the tolerance.
+// Heckbert, 1997). A merge is done only if the link condition holds (Dey et al., 1999) and no
+// triangle turns over. The sum of all distances that the surface has moved there must stay below
+// the tolerance.
 Surface simplify(const Surface& surface, double tolerance_mm);
 
 }  // namespace kibori

@@ -11,31 +11,39 @@
 
 namespace kibori {
 
-Index3 surface_chunks(const Lattice& lattice) {
-  // Cells -1 ... nodes - 1.
-  return (lattice.nodes + 1 + kChunkCells - 1) / kChunkCells;
+ChunkRange surface_chunks(const Lattice& lattice) {
+  // Cells low - 1 ... high - 1; chunk c has the cells 16 c - 1 ... 16 c + 14. `low` is a multiple
+  // of 16.
+  ChunkRange range;
+  for (int i = 0; i < 3; i++) {
+    range.low[i] = tile_of_node(lattice.low()[i]);
+    range.high[i] = tile_of_node(lattice.high()[i]) + 1;
+  }
+  return range;
 }
 
 SurfaceChunk extract_chunk(const Snapshot& model, const Index3& chunk) {
-  const auto worker = std::make_unique<ChunkWorker>(model);
+  const auto worker = std::make_unique<ChunkWorker>(model, vertex_quantum(model));
   worker->take_column(chunk[0], chunk[1], chunk[2], chunk[2] + 1);
   return worker->run(chunk[2]);
 }
 
 namespace {
 
-// Layers of chunks are made together, about kSlabChunks chunks at a time. Columns of chunks share
-// their reading of nodes. Two such slabs are in memory at a time.
+// A slab is up to kMaxLayers layers of chunks, about kSlabChunks chunks. They are made together,
+// because the chunks of a column read their nodes together. Two slabs are in memory at a time.
 constexpr int kSlabChunks = 16384, kMaxLayers = 8;
 
 struct Slab {
-  Index3 chunks;  // along each axis of the whole surface
+  ChunkRange chunks;  // of the whole surface
   int z_begin, z_end;
   std::vector<SurfaceChunk> parts;
   std::vector<uint32_t> first;  // number of each part's first vertex
 
   size_t at(int x, int y, int z) const {
-    return static_cast<size_t>(x + chunks[0] * (y + chunks[1] * (z - z_begin)));
+    const Index3 size = chunks.size();
+    return static_cast<size_t>(x - chunks.low[0] +
+                               size[0] * (y - chunks.low[1] + size[1] * (z - z_begin)));
   }
 };
 
@@ -44,13 +52,14 @@ Slab make_slab(const Snapshot& model, Workers& workers, int z_begin, uint32_t& c
   Slab slab;
   slab.chunks = surface_chunks(model.lattice);
   slab.z_begin = z_begin;
-  const int layers = std::clamp(kSlabChunks / (slab.chunks[0] * slab.chunks[1]), 1, kMaxLayers);
-  slab.z_end = std::min(z_begin + layers, slab.chunks[2]);
+  const Index3 size = slab.chunks.size();
+  const int layers = std::clamp(kSlabChunks / (size[0] * size[1]), 1, kMaxLayers);
+  slab.z_end = std::min(z_begin + layers, slab.chunks.high[2]);
   if (z_begin >= slab.z_end) return slab;
-  slab.parts.resize(static_cast<size_t>(slab.chunks[0] * slab.chunks[1] * (slab.z_end - z_begin)));
-  workers.run(static_cast<size_t>(slab.chunks[1]), [&](ChunkWorker& worker, size_t row) {
-    const int y = static_cast<int>(row);
-    for (int x = 0; x < slab.chunks[0]; x++) {
+  slab.parts.resize(static_cast<size_t>(size[0] * size[1] * (slab.z_end - z_begin)));
+  workers.run(static_cast<size_t>(size[1]), [&](ChunkWorker& worker, size_t row) {
+    const int y = slab.chunks.low[1] + static_cast<int>(row);
+    for (int x = slab.chunks.low[0]; x < slab.chunks.high[0]; x++) {
       worker.take_column(x, y, z_begin, slab.z_end);
       for (int z = z_begin; z < slab.z_end; z++) slab.parts[slab.at(x, y, z)] = worker.run(z);
     }
@@ -64,8 +73,8 @@ Slab make_slab(const Snapshot& model, Workers& workers, int z_begin, uint32_t& c
   return slab;
 }
 
-// The index of a key in an ascending list with at least one entry. It has no branches, because the
-// processor could not predict them.
+// The index of a key in an ascending list with at least one entry. The search has no branches,
+// because the processor could not predict them.
 size_t place_of(uint32_t key, const uint32_t* keys, size_t count) {
   const uint32_t* at = keys;
   for (size_t left = count; left > 1;) {
@@ -76,15 +85,15 @@ size_t place_of(uint32_t key, const uint32_t* keys, size_t count) {
   return static_cast<size_t>(at - keys);
 }
 
-// Numbers in the whole surface of the vertices of chunk (x, y, z) of slab `here`. `above` is the
-// next slab.
+// For the vertices of chunk (x, y, z) of slab `here`: their indices in the whole surface. `above`
+// is the next slab.
 void number_vertices(const Slab& here, const Slab& above, int x, int y, int z,
                      std::vector<uint32_t>& number) {
   const SurfaceChunk& part = here.parts[here.at(x, y, z)];
   number.resize(part.vertices.size());
   for (uint32_t v = 0; v < part.own; v++) number[v] = here.first[here.at(x, y, z)] + v;
   for (uint32_t v = part.own; v < part.vertices.size(); v++) {
-    // A next chunk made this vertex: look it up there.
+    // This vertex belongs to a neighbouring chunk: its index is found there.
     const uint32_t cell = part.cell[v] / kMaxSheets;
     uint32_t c[3] = {cell / kCells % kCells, cell / (kCells * kCells), cell % kCells};
     int owner[3] = {x, y, z};
@@ -109,8 +118,8 @@ void number_vertices(const Slab& here, const Slab& above, int x, int y, int z,
 template <class Use>
 void make_slabs(const Snapshot& model, int threads, Use&& use) {
   uint32_t count = 0;
-  Workers workers(model, threads);
-  Slab here = make_slab(model, workers, 0, count);
+  Workers workers(model, vertex_quantum(model), threads);
+  Slab here = make_slab(model, workers, surface_chunks(model.lattice).low[2], count);
   while (!here.parts.empty()) {
     Slab above = make_slab(model, workers, here.z_end, count);
     use(here, above, count);
@@ -122,12 +131,13 @@ void make_slabs(const Snapshot& model, int threads, Use&& use) {
 // slab. f may move from the numbers.
 template <class F>
 void for_numbered_parts(int threads, const Slab& here, const Slab& above, F&& f) {
-  const auto rows = static_cast<size_t>(here.chunks[1] * (here.z_end - here.z_begin));
+  const int columns = here.chunks.size()[1];
+  const auto rows = static_cast<size_t>(columns * (here.z_end - here.z_begin));
   run_parallel(threads, rows, [&](size_t row) {
-    const int y = static_cast<int>(row) % here.chunks[1],
-              z = here.z_begin + static_cast<int>(row) / here.chunks[1];
+    const int y = here.chunks.low[1] + static_cast<int>(row) % columns,
+              z = here.z_begin + static_cast<int>(row) / columns;
     std::vector<uint32_t> number;
-    for (int x = 0; x < here.chunks[0]; x++) {
+    for (int x = here.chunks.low[0]; x < here.chunks.high[0]; x++) {
       const size_t i = here.at(x, y, z);
       if (here.parts[i].vertices.empty()) continue;
       number_vertices(here, above, x, y, z, number);
@@ -169,9 +179,11 @@ Surface extract_surface(const Snapshot& model, int threads) {
       vertices += part.own;
       triangles += part.triangles.size();
     }
-    // Assumes that the rest is like the part so far, with two triangles per vertex.
-    const int layers = above.parts.empty() ? here.z_end : above.z_end;
-    const auto expected = static_cast<size_t>(1.05 * vertices_so_far * here.chunks[2] / layers);
+    // An estimate: the rest has as many vertices per layer as the part so far, and two triangles
+    // per vertex.
+    const int layers = (above.parts.empty() ? here.z_end : above.z_end) - here.chunks.low[2];
+    const auto expected =
+        static_cast<size_t>(1.05 * vertices_so_far * here.chunks.size()[2] / layers);
     make_room(surface.vertices, vertices, expected);
     make_room(surface.triangles, triangles, 2 * expected);
     surface.vertices.resize(vertices);

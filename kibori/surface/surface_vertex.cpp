@@ -14,19 +14,20 @@ namespace {
 // Eigenvalues below this share of the largest are curvature and noise, not a second face. Two
 // planes at an angle a give tan^2(a/2), so 0.05 keeps edges sharp above 25 degrees.
 constexpr double kSharp = 0.05;
-// Maximum distance of a point from a face that it is on [lattice units]. Curvature causes such
-// distances.
+// Maximum distance of a point from a face that it counts as on [lattice units]. The curvature of
+// the surface causes such distances.
 constexpr float kTouching = 0.02f;
 // Maximum distance of a vertex beyond one of its faces [lattice units]. It occurs if several faces
 // do not meet in one point, as in a splinter thinner than a cell.
 constexpr float kBeyond = 0.1f;
-// If a vertex is nearer to the mean of its ends than this [lattice units], it passes no face
-// visibly.
+// A vertex that is nearer to the mean of its ends than this [lattice units] cannot be visibly
+// beyond another face.
 constexpr float kNear = 0.3f;
 
 // True if all normals are within kFlat of their mean. `length` is the length of their sum.
 bool one_face(const SheetEnds& ends, const Vec4f& normal, float length) {
-  // Their cosines add up to `length`. If the sum is nearly their number, no cosine is far below 1.
+  // The cosines of the normals to their mean add up to `length`. If the sum is nearly the number of
+  // normals, no cosine is far below 1.
   if (length > static_cast<float>(ends.with_normal) - (1 - kFlat)) return true;
   float min = 1;
   for (int i = 0; i < ends.count; i++)
@@ -39,8 +40,8 @@ float side_of(const SheetVertex& vertex, const Vec4f& mean) {
   return (vertex.point - mean).dot(vertex.normal) > 0 ? 1.0f : -1.0f;
 }
 
-// True if no end is in front of another end's face: the faces bound one convex corner. Normals that
-// do not match their ends, as at a torn rim, almost never pass this test.
+// True if no end is in front of another end's face: the faces bound one convex corner. Where the
+// surface is rough, normals do not match their ends. There, the result is almost always false.
 bool is_convex(const SheetEnds& ends, float side) {
   for (int i = 0; i < ends.count; i++)
     for (int j = 0; j < ends.count; j++)

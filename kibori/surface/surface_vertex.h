@@ -6,11 +6,11 @@
 
 namespace kibori {
 
-// Maximum number of faces of other cells that a vertex is kept from passing.
+// Maximum number of faces of other cells that affect the position of a vertex.
 inline constexpr int kMaxAdjacentFaces = 3;
 
-// Ends of material on the edges of a cell that belong to one sheet, and their sums. Faces that only
-// limit the vertex follow them.
+// Ends of material on the edges of a cell that belong to one sheet, and their sums. After them come
+// faces of other cells (add_adjacent). These affect the vertex's position, but not the sums.
 struct SheetEnds {
   int count = 0, adjacent_faces = 0;
   int with_normal = 0;
@@ -43,23 +43,24 @@ struct SheetVertex {
   int rank;      // 1 on a smooth surface, 2 on a sharp edge, 3 in a corner
 };
 
-// A vertex may leave its cell by half a cell if a sharp edge needs it. A tighter limit would blunt
-// oblique edges.
+// A vertex on a sharp edge may be outside its cell, by up to half a cell. A tighter limit would
+// blunt oblique edges.
 inline constexpr float kVertexReach = 1.0f;
-// Normals within acos of this of their mean belong to one face.
+// Normals belong to one face if the cosine of their angle to the mean is at least this.
 inline constexpr float kFlat = 0.98f;
 
-// The point that fits the planes of the ends best (least squares). In directions that they leave
-// free, it is as near as possible to the mean of the ends. Ju et al., Dual contouring of Hermite
-// data, 2002.
+// The point that fits the planes of the ends best (least squares). Where the planes do not
+// determine it, the point is as near as possible to the mean of the ends. Ju et al., Dual
+// contouring of Hermite data, 2002.
 SheetVertex place_vertex(const SheetEnds& ends);
 
 // True if a vertex is so far from its ends that faces of other cells may be nearer.
 bool is_far(const SheetEnds& ends, const SheetVertex& vertex);
 
-// The distance [lattice units] by which `vertex`, placed by `ends`, passes the face of another end.
-// 0 if it does not pass. A sharp vertex is where its faces meet. If another face bounds the same
-// convex corner of material or of empty space, it cuts them off earlier.
+// place_vertex placed `vertex` where the faces of `ends` meet. Another face, at `point` with
+// `normal`, may cut off this corner. Returns the distance [lattice units] of the vertex beyond that
+// face. Returns 0 if it is not beyond, or if the faces do not form one convex corner of material or
+// of empty space.
 float passes(const SheetEnds& ends, const SheetVertex& vertex, const Vec4f& point,
              const Vec4f& normal);
 

@@ -90,6 +90,9 @@ def _read_csv(path):
         for table, parts in _TABLES.items():
             read[table] = np.column_stack([number(part) for part in parts])
         first = names.index("points") + 1
+        if "line" in names:
+            read["line"] = number("line").astype(np.int64)
+            first += 1
         read["removed_of_mm3"] = np.array([[float(text) for text in row[first:]] for row in rows]).reshape(len(rows), len(names) - first)
         return read
     except (OSError, ValueError, KeyError, IndexError) as error:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Types of the module kibori; help(kibori) and docs/python.md say what all of it does."""
+"""Types of the module kibori. help(kibori) and docs/python.md describe its functions and classes."""
 from os import PathLike
 from types import TracebackType
 from typing import Literal, Mapping, Optional, Sequence, Union, overload
@@ -13,7 +13,7 @@ Vector = Sequence[float]
 ModeName = Literal[
     "cut", "deposit", "touch", "off", "smooth", "rasp", "fill", "inflate", "flatten", "crease",
     "paint", "grab", "nudge", "twist", "bend", "pinch", "scale", "node", "press", "throw", "turn",
-    "trim", "build",
+    "trim", "build", "snake_hook", "grab_connected", "mask",
 ]
 # End of the modes.
 ForceName = Literal["series", "energy", "paper"]
@@ -212,6 +212,39 @@ def listen(address: str, *, timeout: float = ...) -> Listener: ...
 def read_recording(path: Path) -> dict[str, object]: ...
 def known_materials() -> list[Material]: ...
 
+def ball_end_mill(radius: float, length: float) -> Lollipop: ...
+def mill(
+    programs: Union[Path, Sequence[Path]], *, stock: Union[None, Vector, Path, Model] = ..., tools: Optional[Path] = ...,
+    tool: Optional[int] = ..., machine: Optional[Path] = ..., pitch: Optional[float] = ..., material: Optional[str] = ...,
+    fixtures: Sequence[Path] = ..., target: Optional[Path] = ..., tolerance: Optional[float] = ...,
+    mesh: Optional[Path] = ..., document: Optional[Path] = ..., z_only: bool = ..., threads: int = ...,
+) -> dict[str, object]: ...
+
+class Milling:
+    at: list[float]
+    pose: list[float]
+    line: int
+    volume_mm3: float
+    hash: int
+    def __init__(
+        self, stock: Union[Vector, Path, Model], pitch: Optional[float] = ..., *, tools: Optional[Path] = ...,
+        tool: Optional[int] = ..., machine: Optional[Path] = ..., material: Optional[str] = ...,
+        fixtures: Sequence[Path] = ..., target: Optional[Path] = ..., tolerance: Optional[float] = ...,
+        z_only: bool = ..., threads: int = ...,
+    ) -> None: ...
+    def set_tool(
+        self, cutter: Shape, number: int = ..., *, name: str = ..., teeth: int = ..., neck: Optional[Vector] = ...,
+        shank: Optional[Vector] = ..., holder: Optional[Vector] = ...,
+    ) -> None: ...
+    def apply(
+        self, command: Union[str, Mapping[str, Union[float, Vector]]], at: Optional[npt.ArrayLike] = ...
+    ) -> list[float]: ...
+    def run(self, program: Path) -> None: ...
+    def collisions(self, line: Optional[int] = ...) -> list[dict[str, object]]: ...
+    def report(self) -> dict[str, object]: ...
+    def model(self) -> Model: ...
+    def surface(self, threads: int = ...) -> Surface: ...
+
 class Carved:
     removed_mm3: npt.NDArray[np.float64]
     points: npt.NDArray[np.int64]
@@ -267,6 +300,7 @@ class Model:
     hash: int
     pitch: float
     nodes: list[int]
+    grows: bool
     origin: list[float]
     materials: list[Material]
     mass_g: Optional[float]

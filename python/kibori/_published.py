@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Reads ticks while they are made, from kibori servo|studio --publish HOST:PORT. Needs NumPy and
+"""Reads the ticks of kibori servo|studio --publish HOST:PORT while the program runs. Needs NumPy and
 websockets. This file also works without the rest of kibori."""
 import asyncio
 import collections
@@ -12,7 +12,7 @@ import numpy as np
 
 try:
     from ._kibori import Error
-except ImportError:  # copied out of the package
+except ImportError:  # this file was copied out of the package
 
     class Error(RuntimeError):
         pass
@@ -21,7 +21,7 @@ except ImportError:  # copied out of the package
 _ABOUT, _TICKS = 96, 97  # message kinds of docs/protocol.md
 _FORMAT = 1
 _LONGEST = 1 << 26  # max bytes of a message
-_WAITING = 1 << 26  # max unread bytes of a reader: some minutes
+_WAITING = 1 << 26  # max unread bytes of a reader; about four minutes at 1 kHz
 _TYPES = {"u8": "u1", "u64": "<u8", "i64": "<i8", "f64": "<f8"}
 
 
@@ -37,12 +37,13 @@ def row_type(about):
 
 
 class Listener:
-    """An iterator over arrays of ticks as they arrive, made by listen(). Used in a with statement,
-    it ends with the block.
+    """An iterator over arrays of ticks as they arrive. listen() makes it. A with statement closes
+    it at the end of the block.
 
     about: a dict that describes the ticks (document, device, rate_hz, materials, modes,
     columns, ...).
-    lost: the number of ticks that this reader has missed since it began. 0 if it keeps up.
+    lost: the number of ticks that this reader has missed since it began. It stays 0 if the reader is
+    fast enough.
     """
 
     def __init__(self, address, timeout):
@@ -54,8 +55,8 @@ class Listener:
         self.about, self.lost, self._last = {}, 0, None
         self._received, self._bytes, self._end = collections.deque(), 0, None
         self._changed = threading.Condition()
-        # A separate thread works where an event loop already runs (in a notebook). It also answers
-        # kibori while the script does something else.
+        # A separate thread is needed for two reasons. A notebook already runs an event loop on its
+        # own thread. And the connection must be read while the script does something else.
         self._loop = asyncio.new_event_loop()
         self._thread = threading.Thread(target=self._loop.run_forever, daemon=True)
         self._thread.start()
@@ -86,7 +87,7 @@ class Listener:
         try:
             async for message in socket:
                 with self._changed:
-                    # Gaps in the tick numbers show how many ticks were skipped.
+                    # Drops ticks if too many are unread. Gaps in the tick numbers show how many.
                     if isinstance(message, bytes) and (self._bytes < _WAITING or message[:1] != bytes([_TICKS])):
                         self._received.append(message)
                         self._bytes += len(message)
@@ -107,7 +108,8 @@ class Listener:
         await asyncio.gather(*others, return_exceptions=True)
 
     def _next_message(self, timeout):
-        """The rows of the next message, True if it describes the rows, or None at the end."""
+        """Returns the rows of the next message; True if the message only describes rows; None at
+        the end of the connection."""
         with self._changed:
             if not self._changed.wait_for(lambda: self._received or self._end is not None, timeout):
                 raise Error(f"no tick came for {timeout:g} s")
@@ -136,7 +138,7 @@ class Listener:
         if len(rows):
             numbers = rows["tick"]
             before = numbers[:1] if self._last is None else [self._last]
-            # 0: the second hand's row of a tick.
+            # A step of 0 is the second hand's row of the same tick.
             steps = np.diff(np.concatenate((before, numbers)).astype(np.int64))
             self.lost += int(np.maximum(steps - 1, 0).sum())
             self._last = int(numbers[-1])
@@ -146,9 +148,9 @@ class Listener:
         return self
 
     def __next__(self):
-        """Returns the ticks that arrived, a structured array with the columns of
-        docs/recordings.md. Ends when kibori ends. Raises Error if nothing arrives within
-        listen()'s timeout or the connection is lost."""
+        """Returns the ticks that have arrived, as a structured array with the columns of
+        docs/recordings.md. The iteration ends when kibori ends. Raises Error if nothing arrives
+        within listen()'s timeout or if the connection is lost."""
         while True:
             rows = self._next_message(self._timeout)
             if rows is None:
@@ -176,10 +178,10 @@ class Listener:
 
 
 def listen(address, *, timeout=10):
-    """Reads the ticks of kibori servo|studio --publish HOST:PORT while they are made.
+    """Reads the ticks of kibori servo|studio --publish HOST:PORT while the program runs.
 
         with kb.listen("127.0.0.1:7070") as ticks:
-            for rows in ticks:                       # some ticks at a time, each as soon as it is made
+            for rows in ticks:                       # the ticks since the last iteration
                 print(rows["time_s"][-1], rows["force_N"][-1], rows["removed_mm3"].sum())
 
     timeout: the max wait for kibori, and for the next tick [s].

@@ -22,7 +22,7 @@ def _program():
 
 
 class Studio:
-    """The studio that Model.studio() opened. Used in a with statement, it ends with the block.
+    """The studio that Model.studio() opened. A with statement ends it at the end of the block.
 
     url: the address for a browser.
     path: the document that the studio carves.
@@ -40,11 +40,11 @@ class Studio:
         model.save(self.path, overwrite=overwrite)
         command = [program, "studio", str(self.path)] + ["--no-browser"] * (not browser) + (
             ["--read-only", "--follow"] if read_only else ["--publish", "127.0.0.1:0"] if publish else [])
-        # Ctrl-C must reach only the script.
+        # A new session, so that Ctrl-C reaches only the script.
         self._process = subprocess.Popen(
             command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True,
             env={**os.environ, "PYTHONUNBUFFERED": "1"})
-        atexit.register(self._end)  # before its document is removed
+        atexit.register(self._end)  # runs before the folder is removed, because registered later
         output, self.url, self._ticks = "", "", ""
         for line in self._process.stdout:
             output += line
@@ -59,8 +59,8 @@ class Studio:
             raise Error(output.strip().splitlines()[-1] if output.strip() else "the studio did not open")
 
     def model(self):
-        """Returns the document's current state, with everything carved by hand, as a separate
-        Model."""
+        """Returns the document's current state as a separate Model. It includes all that the user has
+        carved so far."""
         return Model.open(self.path)
 
     def update(self):

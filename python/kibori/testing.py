@@ -13,7 +13,7 @@ from ._kibori import Error, _SimulatedHand
 
 
 class Hand:
-    """A hand that follows a target through its grip, a spring and a damper. It yields to force.
+    """A hand that follows a target through its grip (a spring and a damper). Forces push it away.
 
     at: the initial position [mm].
     hand_mass, device_mass: masses [kg].
@@ -26,8 +26,8 @@ class Hand:
         self.position = np.array(at, float)
 
     def step(self, force, target, velocity=(0, 0, 0), seconds=0.001):
-        """Advances by `seconds` under a constant program force [N] towards a moving target [mm,
-        mm/s]. Returns the new position."""
+        """Advances by `seconds` under a constant force [N] from the program. The target moves at
+        `velocity` [mm/s] and ends at `target` [mm]. Returns the new position."""
         self.position = np.array(self._hand.step(force, target, velocity, seconds))
         return self.position
 

@@ -12,7 +12,8 @@
 namespace kibori::python {
 
 std::array<py::ssize_t, 3> shape_of(const Lattice& lattice) {
-  return {lattice.nodes.x(), lattice.nodes.y(), lattice.nodes.z()};
+  const Index3 nodes = lattice.high() - lattice.low();
+  return {nodes.x(), nodes.y(), nodes.z()};
 }
 
 namespace {
@@ -58,17 +59,18 @@ SurfaceArrays surface_of_state(const kibori::Snapshot& snapshot, int threads) {
   return all;
 }
 
-// Calls f(index of [x, y, z]) for every node inside.
+// Calls f(i) for every lattice node inside the material, with its index in an array [x, y, z].
 template <class F>
 void for_inside(const kibori::Snapshot& state, F&& f) {
-  const Index3& nodes = state.lattice.nodes;
+  const Index3 low = state.lattice.low(), nodes = state.lattice.high() - low;
   const FieldSnapshot& z = state.field(Axis::z);
   for (int x = 0; x < nodes.x(); x++)
     for (int y = 0; y < nodes.y(); y++)
-      z.for_spans(x, y, [&](const Span& span) {
+      z.for_spans(low.x() + x, low.y() + y, [&](const Span& span) {
         // Nodes are at k + 1/2.
-        const int first = std::max(0, static_cast<int>(std::ceil(double{span.in} - 0.5)));
-        for (int k = first; k < nodes.z() && k + 0.5 < double{span.out}; k++)
+        const double in = double{span.in} - low.z(), out = double{span.out} - low.z();
+        const int first = std::max(0, static_cast<int>(std::ceil(in - 0.5)));
+        for (int k = first; k < nodes.z() && k + 0.5 < out; k++)
           f((static_cast<size_t>(x) * static_cast<size_t>(nodes.y()) + static_cast<size_t>(y)) *
                 static_cast<size_t>(nodes.z()) +
             static_cast<size_t>(k));
@@ -76,8 +78,7 @@ void for_inside(const kibori::Snapshot& state, F&& f) {
 }
 
 size_t node_count(const Lattice& lattice) {
-  return static_cast<size_t>(lattice.nodes.x()) * static_cast<size_t>(lattice.nodes.y()) *
-         static_cast<size_t>(lattice.nodes.z());
+  return static_cast<size_t>((lattice.high() - lattice.low()).cast<int64_t>().prod());
 }
 
 py::array_t<bool> occupancy(const kibori::Snapshot& state) {
@@ -101,18 +102,19 @@ py::array_t<float> signed_distance(const kibori::Snapshot& state, int threads) {
   if (!tree.good()) throw Failure("not enough memory for the distances");
   const Lattice& lattice = state.lattice;
   size_t i = 0;
-  for (int x = 0; x < lattice.nodes.x(); x++)
-    for (int y = 0; y < lattice.nodes.y(); y++)
-      for (int z = 0; z < lattice.nodes.z(); z++)
+  const Index3 low = lattice.low(), high = lattice.high();
+  for (int x = low.x(); x < high.x(); x++)
+    for (int y = low.y(); y < high.y(); y++)
+      for (int z = low.z(); z < high.z(); z++)
         data[i++] = static_cast<float>(
             tree.distance(lattice.to_mm(LatticePoint{Vec3(x + 0.5, y + 0.5, z + 0.5)})));
   for_inside(state, [&](size_t at) { data[at] = -data[at]; });
   return nodes;
 }
 
-// The heights [x, y] in mm. NaN where there is no material.
+// The top of the material above each [x, y], in mm. NaN where there is no material.
 py::array_t<float> heights(const kibori::Snapshot& state) {
-  const Index3& nodes = state.lattice.nodes;
+  const Index3 low = state.lattice.low(), nodes = state.lattice.high() - low;
   py::array_t<float> map(
       {static_cast<py::ssize_t>(nodes.x()), static_cast<py::ssize_t>(nodes.y())});
   float* const data = map.mutable_data();
@@ -120,7 +122,7 @@ py::array_t<float> heights(const kibori::Snapshot& state) {
   for (int x = 0; x < nodes.x(); x++)
     for (int y = 0; y < nodes.y(); y++) {
       float top = std::numeric_limits<float>::quiet_NaN();
-      state.field(Axis::z).for_spans(x, y, [&](const Span& span) {
+      state.field(Axis::z).for_spans(low.x() + x, low.y() + y, [&](const Span& span) {
         top = static_cast<float>(state.lattice.origin_mm.z() +
                                  state.lattice.pitch_mm * double{span.out});
       });
@@ -131,16 +133,22 @@ py::array_t<float> heights(const kibori::Snapshot& state) {
 
 }  // namespace
 
+py::object surface_arrays(const kibori::Snapshot& snapshot, int threads) {
+  return py::cast(surface_of_state(snapshot, threads));
+}
+
 void bind_arrays(py::module_& module, ModelClass& model) {
   py::class_<SurfaceArrays>(module, "Surface",
-                            "A surface as arrays. They share memory that exists as long as any of "
-                            "them, independent of the model.")
+                            "A surface as arrays. Later changes of the model do not affect them.")
       .def_readonly("vertices", &SurfaceArrays::vertices, "[N, 3] float32, mm.")
-      .def_readonly("normals", &SurfaceArrays::normals, "[N, 3] float32, out of the material.")
+      .def_readonly("normals", &SurfaceArrays::normals,
+                    "[N, 3] float32, pointing out of the material.")
       .def_readonly("triangles", &SurfaceArrays::triangles,
                     "[M, 3] uint32, counterclockwise seen from outside.")
       .def_readonly("materials", &SurfaceArrays::materials, "[N] uint8: see Model.materials.")
-      .def_readonly("paint", &SurfaceArrays::paint, "[N] uint32, 0xAABBGGRR; 0: unpainted.");
+      .def_readonly("paint", &SurfaceArrays::paint,
+                    "[N] uint32, 0xMMBBGGRR. MM is 255 - m if painted, else m, with the mask m "
+                    "from 0 to 127.");
   py::class_<State>(module, "Snapshot",
                     "The state of a body at one moment. It does not depend on the model.")
       .def_property_readonly("volume_mm3",

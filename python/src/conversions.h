@@ -36,7 +36,7 @@ inline void must(const Status& status) {
   if (!status) throw Failure(status.error());
 }
 
-// Converts a Python value to T. Otherwise raises a TypeError that says what it should be.
+// Converts a Python value to T. If that is impossible, raises a TypeError with the text `what`.
 template <class T>
 T given(const py::handle& value, const std::string& what) {
   try {
@@ -63,18 +63,18 @@ using Three = std::array<double, 3>;
 inline Vec3 vec(const Three& v) { return {v[0], v[1], v[2]}; }
 inline Three three(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
 
-// The share of the cutting force that the hand receives: "", "motor" or "press". Errors: another
-// word.
+// The share of the cutting force that the hand receives if a tool is `powered` by "", "motor" or
+// "press". Errors: another word.
 double share_of(const std::string& powered);
 
-// A contiguous array of doubles. As an argument: numbers in any form that NumPy makes an array of.
-// Complex numbers, text and other objects raise TypeError.
+// A contiguous array of doubles. As an argument, it accepts real numbers in any form that NumPy can
+// convert to an array. Complex numbers, text and other objects raise TypeError.
 struct Doubles : py::array_t<double, py::array::c_style | py::array::forcecast> {
   using py::array_t<double, py::array::c_style | py::array::forcecast>::array_t;
 };
 
 // The poses of a path. A row is x, y, z, or x, y, z and a quaternion x, y, z, w. ROS and SciPy use
-// this order. Errors: other shapes, non-finite numbers, a quaternion of zero length.
+// this order. Errors: other shapes, non-finite numbers, a quaternion whose length is not 1.
 std::vector<Pose> poses_of(const Doubles& rows);
 Pose pose_of(const Doubles& row);
 

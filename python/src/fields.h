@@ -13,7 +13,7 @@
 
 namespace kibori::python {
 
-// "radius, strength, ...", including the fields of nested structs.
+// The names of all fields, as in "radius, strength", including those of nested structs.
 template <Described T>
 std::string field_names() {
   std::string names;
@@ -42,7 +42,7 @@ void set_value(Value& into, const char* name, const py::handle& value, const std
     into = given<Value>(value, what);
 }
 
-// Sets the field of that name. Returns false if there is none. `what`: for a TypeError.
+// Sets the field of that name. Returns false if there is none. `what`: text of a TypeError.
 template <Described T>
 bool set_field(T& into, const std::string& name, const py::handle& value, const std::string& what) {
   bool found = false;

@@ -73,7 +73,7 @@ void bind_materials(py::module_& module) {
       "u_along: u along the grain; u is then that across it (older documents; 0: same as across);\n"
       "kf: force of a lattice node [N], for the force model paper; c: viscous part of the force\n"
       "[N s/mm^3], and yield_n: min force that cuts [N], for the force model series;\n"
-      "gc: work of a cutter's cut [N/mm]; color: red, green, blue, 0 to 255;\n"
+      "gc: energy to split it [N/mm]; color: red, green, blue, 0 to 255;\n"
       "plastic: True if a tool presses it aside, like clay.");
   material.def(py::init(&make_material), py::arg("name"), py::arg("u") = py::none());
   Material::for_fields([&](const FieldInfo& field, auto member) {

@@ -36,7 +36,7 @@ Image draw(Workpiece& piece, int width, int height, const std::variant<std::stri
     options.view = vec(std::get<Three>(view));
   }
   const Lattice& lattice = piece.model().lattice();
-  options.plank = lattice.to_mm(lattice.whole());
+  options.plank = lattice.to_mm(lattice.base());
   std::vector<Rgb> colors;
   for (const Material& material : piece.materials()) {
     colors.push_back(material.color);
@@ -49,10 +49,10 @@ Image draw(Workpiece& piece, int width, int height, const std::variant<std::stri
 
 std::string repr(Workpiece& piece) {
   const Lattice& lattice = piece.model().lattice();
+  const Index3 nodes = lattice.high() - lattice.low();
   char text[200];
   std::snprintf(text, sizeof text, "<kibori.Model of %d x %d x %d nodes, pitch %g mm, %.6g mm3>",
-                lattice.nodes.x(), lattice.nodes.y(), lattice.nodes.z(), lattice.pitch_mm,
-                piece.model().volume_mm3());
+                nodes.x(), nodes.y(), nodes.z(), lattice.pitch_mm, piece.model().volume_mm3());
   return text;
 }
 
@@ -75,20 +75,31 @@ void bind_looking(ModelClass& model) {
           [](Model& self) {
             return self.with([](Workpiece& piece) { return piece.model().lattice().pitch_mm; });
           },
-          "Distance between two rays [mm].")
+          "Distance between neighbouring rays [mm].")
       .def_property_readonly(
           "nodes",
           [](Model& self) {
             return self.with([](Workpiece& piece) { return shape_of(piece.model().lattice()); });
           },
           "Number of lattice nodes along x, y and z.")
+      .def_property(
+          "grows",
+          [](Model& self) { return self.with([](Workpiece& piece) { return piece.grows(); }); },
+          [](Model& self, bool grows) {
+            self.with([grows](Workpiece& piece) { piece.set_grows(grows); });
+          },
+          "True (the default) if the lattice grows when a stroke needs room. Otherwise strokes are "
+          "cut off at its border.")
       .def_property_readonly(
           "origin",
           [](Model& self) {
-            return self.with(
-                [](Workpiece& piece) { return three(piece.model().lattice().origin_mm); });
+            return self.with([](Workpiece& piece) {
+              const Lattice& lattice = piece.model().lattice();
+              return three(lattice.to_mm(lattice.whole()).min);
+            });
           },
-          "Lower corner of the lattice [mm]; node i is at origin + (i + 1/2) pitch.")
+          "Lower corner of the lattice [mm]; node i is at origin + (i + 1/2) pitch. It moves when "
+          "the lattice grows.")
       .def_property_readonly(
           "materials",
           [](Model& self) { return self.with([](Workpiece& piece) { return piece.materials(); }); },

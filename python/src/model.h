@@ -14,20 +14,21 @@
 
 namespace kibori::python {
 
-// A piece that any thread may use. Calls run one at a time, without Python's lock (GIL).
-class Model {
+// A value that any thread may use. Calls run one at a time, without Python's lock (GIL).
+template <class T>
+class Guarded {
  public:
-  explicit Model(std::unique_ptr<Workpiece> piece) : piece_(std::move(piece)) {}
+  // `busy`: the error of a call by the thread that is already in one.
+  Guarded(std::unique_ptr<T> value, const char* busy) : value_(std::move(value)), busy_(busy) {}
 
   template <class F>
   auto with(F&& f) {
-    // A signal handler runs on the thread that carves.
-    if (owner_ == std::this_thread::get_id())
-      throw Failure("the model is being carved; call it again afterwards");
+    // A signal handler can run on the thread that is already in a call.
+    if (owner_ == std::this_thread::get_id()) throw Failure(busy_);
     const py::gil_scoped_release no_gil;
     const std::lock_guard<std::mutex> lock(mutex_);
     const Owned owned(owner_);
-    return f(*piece_);
+    return f(*value_);
   }
 
  private:
@@ -41,7 +42,14 @@ class Model {
 
   std::mutex mutex_;
   std::atomic<std::thread::id> owner_;
-  std::unique_ptr<Workpiece> piece_;
+  std::unique_ptr<T> value_;
+  const char* busy_;
+};
+
+class Model : public Guarded<Workpiece> {
+ public:
+  explicit Model(std::unique_ptr<Workpiece> piece)
+      : Guarded(std::move(piece), "the model is being carved; call it again afterwards") {}
 };
 
 using Shared = std::shared_ptr<Model>;
@@ -56,5 +64,9 @@ void bind_strokes(py::module_& module, ModelClass& model);
 void bind_arrays(py::module_& module, ModelClass& model);
 void bind_servo(py::module_& module);
 void bind_bodies(py::module_& module, ModelClass& model);
+void bind_milling(py::module_& module);
+
+// The surface of a state as a Python object of the class Surface.
+py::object surface_arrays(const kibori::Snapshot& snapshot, int threads);
 
 }  // namespace kibori::python

@@ -85,4 +85,5 @@ PYBIND11_MODULE(_kibori, module) {
   python::bind_materials(module);
   python::bind_model(module);
   python::bind_servo(module);
+  python::bind_milling(module);
 }

@@ -16,8 +16,8 @@ namespace kibori::python {
 namespace {
 
 constexpr double kAboveMm = 20;  // initial height of a virtual hand
-// Speed of the virtual hand [mm/s]: like a real hand, and slow enough that the force limits do not
-// trip.
+// Speed of the virtual hand [mm/s]: like a real hand, and slow enough that the safety stage does
+// not trip.
 constexpr double kHandSpeed = 300;
 
 struct ServoChoice {
@@ -132,7 +132,7 @@ class Servo {
     unsaved_ = writer_->settled();
     writer_.reset();
   }
-  // Why the document contains only the beginning, and where the rest is. Empty: it is complete.
+  // The reason why the document is incomplete, and the path of the rest. Empty: it is complete.
   std::string unsaved() {
     const std::lock_guard<std::mutex> lock(stopping_);
     return unsaved_;

@@ -69,7 +69,7 @@ Shared mesh_arrays(const Doubles& vertices, const py::object& triangles, double 
   return shared(Workpiece::of(std::move(made.model), materials));
 }
 
-// Labels [x, y, z]. 0 is air.
+// Makes a model from an array of labels [x, y, z]. 0 is air.
 Shared volume(const py::object& given_volume, const Three& voxel, double pitch,
               const std::map<uint16_t, MaterialOrName>& of, const std::optional<double>& room,
               int threads) {

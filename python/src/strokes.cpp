@@ -33,7 +33,7 @@ struct StrokeChoice {
   std::optional<Three> centre;
   std::string label;
 
-  // Settings for a workpiece.
+  // Returns the settings for a workpiece, in the coordinates of its active body.
   StrokeSettings of(Workpiece& piece) const {
     StrokeSettings s = settings;
     s.material = number_of(piece, material);
@@ -121,7 +121,7 @@ std::vector<BodyId> ids_from(Workpiece& piece, BodyId first) {
   return ids;
 }
 
-// A stroke in progress. Either all of it is kept, or nothing.
+// A stroke in progress. Its destructor cancels it, unless keep() was called.
 class Begun {
  public:
   Begun(Workpiece& piece, const StrokeChoice& choice, const Pose& start)
@@ -219,7 +219,7 @@ class Stroke {
     try {
       cancel();
     } catch (const std::exception&) {
-      // Its model is still being carved by the thread that released it.
+      // This thread is still in a call on the model.
     }
   }
   MoveResult move(const Pose& to) {
@@ -325,7 +325,8 @@ void bind_strokes(py::module_& module, ModelClass& model) {
                     "quaternion x, y, z, w.")
       .def_readonly("fallen_mm3", &Carved::fallen_mm3,
                     "Volume that was severed and fell away [mm^3].")
-      .def_readonly("severed", &Carved::severed, "Numbers of the bodies that were severed.")
+      .def_readonly("severed", &Carved::severed,
+                    "Numbers of the new bodies that the stroke severed.")
       .def("__len__", [](const Carved& carved) { return carved.removed_mm3.size(); });
   py::class_<MoveResult>(module, "Tick", "Result of one move of a stroke.")
       .def_readonly("removed_mm3", &MoveResult::removed_mm3,

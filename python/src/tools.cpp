@@ -11,7 +11,7 @@
 namespace kibori::python {
 namespace {
 
-// "ball" becomes Ball.
+// The class of the shape "ball" is Ball.
 std::string class_name(const char* shape) {
   std::string name = shape;
   name[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(name[0])));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Carving by hand, in a program that links kibori::kibori alone: a virtual device moves a ball
-// through a block.
+// Example of carving by hand: a virtual device moves a ball through a block. The program links only
+// the library kibori::kibori.
 #include <algorithm>
 #include <cstdio>
 #include <memory>

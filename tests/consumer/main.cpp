@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// What a program that uses an installed Kibori looks like: carve a block with a ball tick by tick
-// and print the force; then a scene, kept as a document with its thumbnail, written as a 3MF and
-// drawn.
+// Example of a program that uses an installed Kibori. First it carves a block with a ball tick by
+// tick, and prints the force. Then it carves a scene into a document with a thumbnail, writes the
+// model as 3MF, and draws a picture of it.
 #include <cmath>
 #include <cstdio>
 #include <filesystem>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Judges by other people's programs. Usage: node judge.mjs manifold FILE.stl | gltf FILE.glb
-// Prints one line of JSON; exit status 1 where the judge objects.
+// Checks an exported file with another program: Manifold, or Khronos' glTF validator. Usage:
+// node judge.mjs manifold FILE.stl | gltf FILE.glb
+// Prints one line of JSON. Exits with 1 if that program finds a fault.
 import { readFileSync } from "node:fs";
 
 const [judge, file] = process.argv.slice(2);
@@ -29,7 +30,7 @@ async function manifold() {
     vertProperties: new Float32Array(positions),
     triVerts: triangles,
   });
-  const solid = new wasm.Manifold(mesh); // throws where the mesh is no manifold
+  const solid = new wasm.Manifold(mesh); // throws if the mesh is not a manifold
   const volume = solid.volume ? solid.volume() : solid.getProperties().volume;
   console.log(JSON.stringify({ triangles: solid.numTri(), volume, genus: solid.genus() }));
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Prints an MCAP file as @mcap/core reads it by its index: metadata, then a message a line.
+// Prints an MCAP file as @mcap/core reads it by its index: metadata, then one line per message.
 // Usage: read_mcap.mjs FILE
 import { open } from "node:fs/promises";
 import { McapIndexedReader } from "@mcap/core";

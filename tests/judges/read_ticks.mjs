@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Prints the ticks that clients/kibori-ticks.mjs reads, a line of JSON each, until kibori ends.
+// Prints the ticks that clients/kibori-ticks.mjs reads, one line of JSON per tick, until kibori
+// ends.
 // Usage: read_ticks.mjs HOST:PORT
 import WebSocket from "ws";
 import { listen } from "../../clients/kibori-ticks.mjs";

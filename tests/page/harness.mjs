@@ -14,7 +14,7 @@ let chromium;
 try {
   ({ chromium } = await import("../../web/node_modules/playwright-core/index.mjs"));
 } catch {
-  // The reason does not matter.
+  // The check below reports that playwright-core is missing.
 }
 if (!chromium || !existsSync(chromiumPath)) {
   console.log(
@@ -33,7 +33,7 @@ export const check = (what, holds) => {
   passed++;
 };
 
-/** A test fails if a wait takes longer than this, even next to other work [s]. */
+/** A test fails if a wait takes longer than this [s]. It is long enough for a busy machine. */
 const PATIENCE = 240;
 
 const studios = [];
@@ -61,8 +61,8 @@ export class Studio {
     return studio;
   }
   /**
-   * The address for another browser. The studio prints it when a browser asks with the used
-   * address.
+   * Returns the address for another browser. The studio prints it when a browser sends a token that
+   * was used already.
    */
   async another() {
     const used = new URL(this.url),
@@ -93,7 +93,7 @@ export const launch = (more = []) =>
       "--use-gl=angle",
       "--use-angle=swiftshader",
       "--enable-unsafe-swiftshader",
-      // Each frame of a window costs SwiftShader 45 ms of processor time if it also composites.
+      // If SwiftShader also composites the window, each frame takes 45 ms more of processor time.
       "--disable-gpu-compositing",
       ...more,
     ],
@@ -320,7 +320,7 @@ export async function inPopover(page, control, use) {
     if (!popover.matches(":popover-open")) popover.showPopover();
   });
   await use(one);
-  // The control may be gone.
+  // Closes the popover without its control, which may have disappeared.
   await page.evaluate(() => document.querySelector("[popover]:popover-open")?.hidePopover());
 }
 /** Looks along the direction of a key. */
@@ -389,7 +389,7 @@ export async function run(parts) {
     process.exitCode = 1;
   } finally {
     await browser.close();
-    // After a failed check.
+    // After a failed check, studios are still running.
     for (const { process: left } of studios) if (left.exitCode === null) left.kill("SIGKILL");
     chmodSync(folder, 0o700);
     rmSync(folder, { recursive: true, force: true });

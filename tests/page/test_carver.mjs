@@ -54,7 +54,7 @@ const choose = (page, name) =>
   page.locator(`#shapes input[aria-label="${name}"]`).check({ force: true });
 const at = (page, { x, y }) => page.evaluate(([a, b]) => window.kibori.at(a, b), [x, y]);
 
-// Tools that lead themselves.
+// Tools that can follow the stroke.
 const LEADING = [
   ["Gouge", "Sweep"],
   ["V-gouge", "Angle"],
@@ -146,7 +146,8 @@ async function guidedStrokes() {
   for (const x of [-90, -30, 30, 90])
     check(`the line is straight at ${x}`, (await depth(x, 0)) > 1.8 && (await depth(x, 22)) < 0.05);
   await show(page, "guide-line");
-  // The second side of a frame begins on the wall of the first one's end. It is just as straight.
+  // The second side of a frame begins on the wall at the end of the first side. It is also
+  // straight.
   const corner = await state(page);
   await go([
     [138, 3],
@@ -184,7 +185,7 @@ async function guidedStrokes() {
   await show(page, "guide-circle");
   await undone();
 
-  // The path of another stroke, which only touched the wood.
+  // The guide is the path of another stroke, which was made in mode "Feel".
   await inPopover(page, "#guide", (one) => one.selectOption("none"));
   await page.locator("input[name=mode][value=touch]").check({ force: true });
   const wave = Array.from({ length: 21 }, (_, i) => [-150 + 15 * i, 40 * Math.sin(i / 3)]);
@@ -203,7 +204,7 @@ async function guidedStrokes() {
   await show(page, "guide-curve");
   await inPopover(page, "#guide", (one) => one.selectOption("none"));
 
-  // A string between hand and tool. The hand's tremor is not carved.
+  // Steady: a string between hand and tool. The hand's tremor does not reach the wood.
   await inPopover(page, "#steady", (one) => one.fill("5"));
   check(
     "the string's length is shown",
@@ -236,7 +237,7 @@ async function guidedStrokes() {
   await ended(page, studio);
 }
 
-/** Distances, an angle, a wall, and the weight of the piece, before and after a cut. */
+/** Measures distances, an angle, a wall, and the mass of the piece, before and after a cut. */
 async function measures() {
   const studio = await Studio.start();
   const page = await open(SIZE);
@@ -300,7 +301,7 @@ async function measures() {
   await ended(page, studio);
 }
 
-/** Printing problems: a wall that is too thin after carving. */
+/** The print check reports a wall that is too thin after carving. */
 async function printing() {
   const studio = await Studio.start();
   const page = await open(SIZE);
@@ -324,14 +325,14 @@ async function printing() {
   await stroke(page, [await on(10), await on(70)]);
   await after(page, before.step);
   const area = async () => parseFloat(await reported("thin"));
-  // Both sides of it: 60 to 68 mm long, 6 mm high.
+  // Both sides of the wall count. It is 60 to 68 mm long and 6 mm high.
   await eventually("a thin wall is reported", async () => /cm²/.test(await reported("thin")));
   check(`its area (${await reported("thin")})`, (await area()) > 6 && (await area()) < 9);
   const thinnest = parseFloat(await reported("thinnest"));
   check(`how thin it is (${thinnest})`, Math.abs(thinnest - 0.7) < 0.15);
   await lookBy(page, "1");
   await show(page, "print-check");
-  // With the pointer, as a user would.
+  // Uses the pointer, as a user does.
   await page.locator("#thin-wall").click();
   await page.locator("#thin-wall").fill("0.3");
   await page.locator("#thin-wall").press("Enter");

@@ -41,7 +41,7 @@ async function leave(page) {
 const choose = (page, name) =>
   page.locator(`#shapes input[aria-label="${name}"]`).check({ force: true });
 const at = (page, x, y) => page.evaluate(([a, b]) => window.kibori.at(a, b), [x, y]);
-/** With KIBORI_CAMPAIGN, test all combinations. Otherwise test once what one hand shows for all. */
+/** With KIBORI_CAMPAIGN, test all combinations. Otherwise test a few of them. */
 const CAMPAIGN = Boolean(process.env.KIBORI_CAMPAIGN);
 /** Durations of flicks [ms]. */
 const TIMES = CAMPAIGN ? [60, 100, 250, 1000] : [60, 250];
@@ -150,7 +150,7 @@ async function quickStrokes() {
         slow = !slow;
       }
       if (wood !== "limewood" && !CAMPAIGN) continue;
-      // The same times at both frame rates.
+      // The same flick at two frame rates. The times of its events are equal.
       const both = [];
       for (const frames of [0, 33]) {
         await page.evaluate((ms) => window.kibori.slowFrames(ms), frames);
@@ -216,8 +216,8 @@ async function depthAndBeginnings() {
   const first = await state(page);
   const volume = Number(first.volume);
 
-  // Crossing one's own stroke does not dig deeper. It does if depth is measured from the current
-  // surface.
+  // A stroke that crosses itself cuts no deeper. It cuts deeper if depth is measured from the
+  // current surface.
   const across = async () => {
     const client = await page.context().newCDPSession(page),
       base = Date.now() / 1000;
@@ -232,7 +232,7 @@ async function depthAndBeginnings() {
         timestamp: base + t,
       });
     await send("mousePressed", mid.x - 80, mid.y, 0);
-    // Move back and forth. The pace lets the page have the groove's surface when the pointer
+    // Move back and forth, so slowly that the page has the groove's surface when the pointer
     // returns.
     for (let i = 0; i < 80; i++) {
       await send(
@@ -263,7 +263,7 @@ async function depthAndBeginnings() {
   check("but from the surface as it is", taken.now > 1.3 * taken.began);
   await page.locator("#depth-from").selectOption("began");
 
-  // A cancelled stroke leaves no change, and the number shows that.
+  // A cancelled stroke changes nothing, and the page shows that nothing was removed.
   const client = await page.context().newCDPSession(page);
   await page.mouse.move(mid.x, mid.y);
   await page.mouse.down();

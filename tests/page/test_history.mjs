@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The history strip and the force plots: groups, keys, branches, thousands of steps, thumbnails by
-// one camera, and scales that a spike does not flatten. Usage: node test_history.mjs KIBORI
+// The history strip and the force plots: groups, keys, branches, thousands of steps, thumbnails
+// from one camera. A spike does not flatten a plot. Usage: node test_history.mjs KIBORI
 // [SCREENSHOTS' FOLDER]
 import { execFileSync, spawn } from "node:child_process";
 import { existsSync, renameSync, writeFileSync } from "node:fs";
@@ -200,7 +200,7 @@ async function theTreeOfSteps() {
     "a new one stands for what follows it",
     [1, 2, 3, 4, 7, 9].map((id) => tree.get(id).picture).join() === "0,2,2,4,4,2",
   );
-  // At a fork, the path continues where the user came from.
+  // At a fork, redo follows the branch from which the user came.
   tree.setHead(2);
   check("redo's way", tree.path().at(-1).id === 11);
   tree.setHead(9);
@@ -334,7 +334,8 @@ for k in range(200):
     if k == 199:
         db.execute("INSERT INTO version VALUES ('the last branch', ?)", (parent,))
 db.execute("INSERT INTO version VALUES ('halfway', ?)", (count // 2,))
-# Of a format without seals, as these rows have none; the studio seals them when it opens the document.
+# Changes the document to a format without seals, because these rows have none.
+# When the studio opens it, it adds the seals.
 db.execute("DROP TABLE seal")
 db.execute("DELETE FROM meta WHERE key NOT IN ('lattice', 'stock', 'program', 'head')")
 db.execute("DROP TABLE bodies")
@@ -407,7 +408,7 @@ async function thousandsOfSteps() {
   for (const share of [1, 0.7, 0.31, 0]) await at(share);
   await show(page, "history-begin");
 
-  // Versions have their names, also in the place of a closed group.
+  // A named step ends its group, so a closed group shows this name.
   check(
     "a version's name ends its group",
     await page.evaluate(async () => {
@@ -529,7 +530,7 @@ async function whatOthersCarve() {
     "seen from the same place",
     (await page.evaluate(() => window.kibori.eye())).join() === eye.join(),
   );
-  // While the servo writes it.
+  // The page follows a document while a servo writes it.
   const written = join(folder, "written.kibori");
   const servo = spawn(kibori, ["servo", "--seconds", "12", "--no-surface", "-o", written], {
     stdio: "ignore",

@@ -44,7 +44,7 @@ function figure(up, front, nose) {
       [0, 4, 6, 2],
       [1, 3, 7, 5],
     ];
-    // Outward for any numbering of the axes.
+    // The faces point outward for any order of the axes.
     const even = ((front - side + 3) % 3 === 1) === nose > 0;
     for (const q of quads) faces.push((even ? q : [...q].reverse()).map((i) => first + i));
   };
@@ -102,7 +102,7 @@ async function close(page) {
   await page.locator("#leave").click();
   await started(page);
 }
-/** Whether the whole dialog is within the window, with nothing cut off sideways. */
+/** True if the whole dialog is within the window, with nothing cut off sideways. */
 async function fits(page) {
   return page.evaluate(() => {
     const box = document.getElementById("importing"),
@@ -156,13 +156,13 @@ async function ended({ studio, page }) {
 
 // ---- The parts
 
-// A figure in metres with y up, as scanned ones are. It stands, is 80 mm long, and has the chosen
+// A figure in metres with y up, like a scan. The piece is upright, 80 mm long, and of the chosen
 // wood.
 async function standing() {
   const at = await begun({ width: 1280, height: 720 }),
     { page } = at;
   const path = file("figure.obj", objText(figure(1, 2, 1)));
-  await page.locator("#wood").selectOption("1"); // the wood of a new piece, which is independent
+  await page.locator("#wood").selectOption("1"); // of a new piece; an import has its own choice
   await choose(page, path);
   check(
     "the unit can't be meant",
@@ -243,7 +243,7 @@ async function standing() {
   await ended(at);
 }
 
-// Laid on a side, and turned once more by hand. The view shows the result.
+// A figure whose file has another up axis, turned once more by the user. The view shows the result.
 async function turned() {
   const at = await begun({ width: 1000, height: 700 }),
     { page } = at;
@@ -473,7 +473,7 @@ async function windows() {
   }
 }
 
-// The models next to this repository, if they exist. Each stands, is 80 mm long and is drawn.
+// The models next to this repository, if they exist. Each is upright, 80 mm long, and is drawn.
 async function models() {
   const shared = new URL("../../../shared/models/", import.meta.url);
   if (!existsSync(shared)) return console.log("models: skipped, ../shared/models is not here");
@@ -519,7 +519,7 @@ async function labels() {
       .match(/^v .*$/gm)
       .map((line) => line.split(" ").slice(4).join()),
   );
-  // Wax and oak are outside. The pulp may be visible at the roots' ends.
+  // Two materials are outside. The third one, the pulp, may be visible at the roots' ends.
   check(`of its materials (${colors.size})`, colors.size >= 2 && colors.size <= 3);
   await close(page);
   await ended(at);

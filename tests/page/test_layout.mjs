@@ -428,7 +428,7 @@ async function whoHoldsTheToolAndWhoIsGone() {
   await show(watcher, "watching");
   await watcher.locator("#take").click();
   await page.locator("#watching").waitFor();
-  await watcher.locator("#watching").waitFor({ state: "hidden" }); // and has taken it
+  await watcher.locator("#watching").waitFor({ state: "hidden" }); // it has the tool now
   await watcher.close();
 
   const port = new URL(studio.url).port;
@@ -448,17 +448,17 @@ async function whoHoldsTheToolAndWhoIsGone() {
   page.on("websocket", () => tries++);
   await page.clock.fastForward(120000);
 
-  // Another studio at the same address does not know this page.
+  // A new studio at the same address does not know this page's key.
   const restarted = await Studio.start(file, "--port", port);
   await page.locator("#again").click();
   await lost
     .filter({
-      hasText: "The studio was restarted: open the address it printed in the terminal.",
+      hasText: "The studio was restarted: open the address that it printed in the terminal.",
     })
     .waitFor();
   check(`meanwhile it was quiet: it tried when asked to (${tries})`, tries === 1);
   await show(page, "anew");
-  // After its address was opened here, it knows this page too.
+  // After the new studio's address was opened in this browser, it accepts this page, too.
   const other = await page.context().newPage();
   await enter(other, restarted.url);
   await shown(other);

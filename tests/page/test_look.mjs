@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The View panel. Every control changes the picture as it says, by mouse and by keyboard alone.
+// The View panel. Each control has its effect on the picture, by mouse and by keyboard alone.
 // Picking respects the section. Usage: node test_look.mjs KIBORI [SCREENSHOTS' FOLDER]
 import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
@@ -65,7 +65,7 @@ const compare = (a, b) =>
   );
 
 // Max mean difference of two pictures of the same view. A slow view draws fewer pixels, which
-// softens edges. The checks' changes differ by 6 or more.
+// softens edges. The changes that the checks make cause a difference of 6 or more.
 const SAME = 2;
 const CLIP = { x: 240, y: 110, width: 390, height: 300 }; // the solid next to the panels
 async function picture(page) {
@@ -120,9 +120,9 @@ async function speciesDiffer() {
       { page } = visit;
     const wooden = await picture(page);
     await show(page, `look-${wood}`);
-    await page.locator("#look-box summary").click();
+    await page.locator("#look-box > summary").click();
     await choose(page, "shading", "plain");
-    await page.locator("#look-box summary").click();
+    await page.locator("#look-box > summary").click();
     grain[wood] = (await compare(wooden, await picture(page))).mean;
     await finish(visit);
   }
@@ -151,7 +151,7 @@ async function shading() {
   await page.mouse.up();
   const first = await after(page, 1);
   await rest(page);
-  await page.locator("#look-box summary").click();
+  await page.locator("#look-box > summary").click();
   const wood = await picture(page);
 
   await page.locator("#hollows").uncheck();
@@ -305,7 +305,7 @@ async function viewsAndSection() {
     "there is a surface in the middle",
     surface.point[2] > middle[2] + 14 || surface.point[1] < middle[1] - 24,
   );
-  await page.locator("#look-box summary").click();
+  await page.locator("#look-box > summary").click();
   await choose(page, "section", "y");
   check("the section shows", (await compare(whole, await picture(page))).share > 0.1);
   const inside = await hit(page, MIDDLE.x - 20, MIDDLE.y + 5);
@@ -363,7 +363,7 @@ async function reference() {
       [620, 200],
     ];
   const hits = await Promise.all(places.map(([x, y]) => hit(page, x, y)));
-  await page.locator("#look-box summary").click();
+  await page.locator("#look-box > summary").click();
   await page.locator("#reference").setInputFiles(broken);
   await until(page, "what is wrong with it", () => true);
   await page
@@ -414,7 +414,7 @@ async function picturesAndFilms() {
         middle: [...context.getImageData(bitmap.width / 2, bitmap.height / 2, 1, 1).data],
       };
     }, readFileSync(path).toString("base64"));
-  await page.locator("#look-box summary").click();
+  await page.locator("#look-box > summary").click();
   for (const clear of [false, true]) {
     await page.locator("#picture").click();
     await page.locator("#capture-width").fill("431");

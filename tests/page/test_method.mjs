@@ -31,7 +31,7 @@ import {
 const SIZE = { width: 1280, height: 800 };
 const kindOf = (name) => protocol.messages.find((message) => message.name === name).kind;
 
-/** A page that counts its questions about the method and their answers. */
+/** Opens a page that counts its requests for the method's data, and the answers. */
 async function counted() {
   const page = await open(SIZE);
   const counts = { requested: 0, answered: 0, bytes: 0 };
@@ -132,7 +132,7 @@ async function byHand() {
   check("the volume beside K h³", /mm³ \(K h³: [\d.e-]+\)/.test(numbers.volume));
   await until(page, "a step", (s) => Number(s.step) > Number(first.step));
 
-  // Points that an undo removes or restores did not vanish in a tick.
+  // Points that an undo removes or restores do not count as vanished, because no tick removed them.
   await atRest(page);
   await methodAnswered();
   const kept = (await seen(page)).vanished;
@@ -176,8 +176,8 @@ async function byHand() {
   await studio.end();
 }
 
-// The paper's finger makes a groove that gets deeper. It is as slow as is bearable, so that a slow
-// machine sees it before its end.
+// The paper's finger makes a groove that gets deeper. It moves slowly, so that a slow machine can
+// look at it before its end.
 const SCENE = `
 [stock]
 block = [60, 30, 20]

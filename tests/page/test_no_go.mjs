@@ -125,7 +125,7 @@ async function aTemplate() {
   check(`less remains (${after})`, after !== before);
   await show(page, "no-go-carved");
 
-  // On the template itself no tool works, and no brush reshapes next to it.
+  // No tool cuts the template itself. No brush reshapes a body while there is a template.
   await page.locator("#view").focus();
   await page.keyboard.down("Shift");
   await page.mouse.move(middle.x, middle.y);

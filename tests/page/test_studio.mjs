@@ -33,8 +33,8 @@ import {
   inPopover,
 } from "./harness.mjs";
 
-// The positions of presses below assume a piece in the middle of the area right of the tools. They
-// are moved to where it is shown.
+// The tests below assume that the piece is in the middle of the area right of the tools. This
+// function shifts all pointer positions to the place where the piece is shown.
 const moved = new WeakMap();
 async function shown(page) {
   const now = await allShown(page);
@@ -296,8 +296,8 @@ async function penAndFinger() {
   check("the studio ends well", (await again.end()) === 0);
 }
 
-// The address opens the studio in one browser, at any time. Another browser learns where to find
-// the next address. The browser's stored key goes to no other port.
+// An address opens the studio in one browser only. Another browser gets a message that the terminal
+// shows the next address. A browser does not send the stored key to other ports.
 async function whoHasTheKey() {
   const studio = await Studio.start(join(folder, "key.kibori"));
   const page = await open({ width: 800, height: 500 });
@@ -375,14 +375,15 @@ async function whatIsShownIsTheModel() {
         };
         const line = new WebSocket(`ws://${location.host}/ws`);
         line.binaryType = "arraybuffer";
-        // Aim, or Press with its mode: tip, axis and time.
+        // Aim, or Press with its mode: tip, axis, time and pressure.
         const dispatch = (kind, numbers, byte) => {
           const mode = byte === undefined ? 0 : 1,
-            view = new DataView(new ArrayBuffer(1 + 8 * numbers.length + mode + 8));
+            view = new DataView(new ArrayBuffer(1 + 8 * numbers.length + mode + 16));
           view.setUint8(0, kind);
           numbers.forEach((n, i) => view.setFloat64(1 + 8 * i, n, true));
           if (mode) view.setUint8(1 + 8 * numbers.length, byte);
           view.setFloat64(1 + 8 * numbers.length + mode, performance.now() / 1000, true);
+          view.setFloat64(9 + 8 * numbers.length + mode, 1, true);
           line.send(view.buffer);
         };
         line.onopen = async () => {
@@ -467,7 +468,7 @@ async function whatIsShownIsTheModel() {
 }
 
 async function mirrorsDevicesAndExperiments() {
-  // X mirrors left and right. The cut and its volume occur on both sides.
+  // X mirrors left and right. Both sides are cut, and the volume is doubled.
   const file = join(folder, "mirror.kibori");
   const studio = await Studio.start(file);
   const page = await open({ width: 1000, height: 640 });
@@ -763,7 +764,7 @@ async function fullDisk() {
       (s) => Number(s.volume) < Number(first.volume) - 1,
     );
     check("it goes on in memory", Number(now.step) > 1);
-    // There is space elsewhere.
+    // The document can be saved elsewhere, where there is space.
     await page.keyboard.press("Control+e");
     await page.locator("#format").selectOption("kibori");
     const download = page.waitForEvent("download");

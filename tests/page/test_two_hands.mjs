@@ -69,7 +69,7 @@ async function twoFingers() {
   );
   const eye = await page.evaluate(() => window.kibori.eye());
 
-  // The page sends it at once, so that the next stroke is still one.
+  // The page sends a new depth at once. A later change of settings would divide the next stroke.
   await page.locator("#depth").fill("3");
   // Both at once, back and forth in two grooves. The second finger comes later and leaves earlier.
   await touch("touchStart", [1, ...at(-160, -40)]);
@@ -118,7 +118,7 @@ async function twoFingers() {
     await pace(page, 20);
   }
   await touch("touchEnd");
-  // One step or two, because the first hand's aims may end earlier or later.
+  // This makes one step or two, because the first hand may end before or after the second one.
   last = await after(page, last.step);
   await show(page, "two-hands-added");
 
@@ -162,7 +162,7 @@ async function nextToADevice() {
   await studio.end();
 }
 
-/** A V-gouge leads itself, although each hand draws it askew. Both hands cut the same groove. */
+/** A V-gouge follows the stroke in either hand, in an oblique direction. Both grooves are equal. */
 async function bothLead() {
   const taken = [];
   for (const device of [[], ["--device", "virtual"]]) {

@@ -7,6 +7,7 @@ import { write } from "./connection/messages";
 import type { Hand } from "./hand/hand";
 import type { BodiesPanel } from "./panels/bodies";
 import { askExport } from "./panels/export";
+import type { Hiding } from "./panels/hiding";
 import type { Action } from "./panels/keys";
 import type { Look } from "./panels/look";
 import type { Measure } from "./panels/measure";
@@ -26,6 +27,7 @@ export interface Parts {
   bodies: BodiesPanel;
   splines: Splines;
   measure: Measure;
+  hiding: Hiding;
   printing: PrintCheck;
   look: Look;
   palette: Palette;
@@ -102,7 +104,14 @@ const toolActions = ({ hand }: Parts): Record<string, Action> => ({
   },
 });
 
-const pieceActions = ({ send, hand, bodies, splines, measure }: Parts): Record<string, Action> => ({
+const pieceActions = ({
+  send,
+  hand,
+  bodies,
+  splines,
+  measure,
+  hiding,
+}: Parts): Record<string, Action> => ({
   cut: {
     label: t("key_cut"),
     keys: ["k"],
@@ -121,14 +130,14 @@ const pieceActions = ({ send, hand, bodies, splines, measure }: Parts): Record<s
     keys: ["Escape"],
     run: () => {
       if (closePopover()) return;
-      if (splines.leaveOff() || bodies.leaveOff() || measure.leaveOff()) return;
+      if ([splines, bodies, measure, hiding].some((part) => part.leaveOff())) return;
       send(write.Cancel());
       hand.lift();
     },
   },
 });
 
-const viewActions = ({ view, look }: Parts): Record<string, Action> => ({
+const viewActions = ({ view, look, hiding }: Parts): Record<string, Action> => ({
   front: {
     label: t("key_front"),
     keys: ["1"],
@@ -146,6 +155,9 @@ const viewActions = ({ view, look }: Parts): Record<string, Action> => ({
   },
   saveView: { label: t("key_view_save"), keys: ["8"], run: () => look.savedViews.save() },
   nextView: { label: t("key_view_next"), keys: ["9"], run: () => look.savedViews.next() },
+  hideBox: { label: t("key_hide_box"), keys: ["2"], run: () => hiding.take("box") },
+  hideLasso: { label: t("key_hide_lasso"), keys: ["6"], run: () => hiding.take("lasso") },
+  hideNone: { label: t("key_hide_none"), keys: ["0"], run: () => hiding.showAll() },
   orthographic: {
     label: t("key_orthographic"),
     keys: ["5"],

@@ -16,6 +16,7 @@ import { ForcePlot } from "./forces/plot";
 import { Senses } from "./forces/senses";
 import { Hand, itemName } from "./hand/hand";
 import { Hindered } from "./hand/hindered";
+import { Hiding } from "./panels/hiding";
 import { History } from "./history/history";
 import { StepPictures } from "./history/step_pictures";
 import { BodiesPanel } from "./panels/bodies";
@@ -29,8 +30,10 @@ import { MethodView } from "./panels/method_view";
 import { makeNumberRows } from "./panels/number_row";
 import { showPiece, showTick } from "./panels/numbers";
 import { Palette } from "./panels/palette";
+import { Playback } from "./playback/playback";
 import { placePopovers } from "./panels/popovers";
 import { Presets } from "./panels/presets";
+import { Detail } from "./panels/detail";
 import { PrintCheck } from "./panels/print_check";
 import { Settings } from "./panels/settings";
 import { Splines } from "./panels/splines";
@@ -73,19 +76,27 @@ const handlers: Handlers = {
     const from = performance.now();
     view.solid.take(data, body);
     send(write.Got({ frame }));
-    if (!more) view.complete();
+    if (!more) {
+      view.complete();
+      detail.changed();
+    }
     performance.measure("update", { start: from, detail: data.length });
     document.body.dataset.chunks = String(Number(document.body.dataset.chunks ?? 0) + 1);
   },
   Ticks: (ticks) => showTicks(ticks),
   State: (s) => showState(s),
   Bodies: ({ active, json }) => bodies.set(active, json),
-  Mass: ({ volume, mass, centre }) => measure.weigh(volume, mass, centre),
+  Mass: ({ volume, mass, centre, memory }) => {
+    measure.weigh(volume, mass, centre);
+    detail.remember(memory);
+  },
   Previewed: (previewed) => splines.previewed(previewed),
   PrintFaults: (faults) => printing.show(faults),
   Remains: (remains) => bodies.remains(remains),
   Method: (answer) => method.take(answer),
   Trace: ({ json, data }) => experiments.add(json, data),
+  Playback: ({ json }) => playback.set(json),
+  Played: (moment) => playback.show(moment),
   ShowTool: ({ tool }) => hand.show(tool),
   ShowStamp: ({ vertices, triangles }) => hand.showStamp(vertices, triangles),
   Fonts: ({ json }) => hand.stamp.showFonts(json),
@@ -108,7 +119,7 @@ const line = new Connection(handlers, (why) => {
 const send = (message: Uint8Array): void => line.send(message);
 makeNumberRows({ size: "ratio", depth: "ratio", strength: "ratio", reach: "exponent" });
 placePopovers();
-// Bodies come first, so that their gestures get pointer events before the hand's strokes.
+// The bodies are made first, so that their gestures get pointer events before the hand does.
 const bodies = new BodiesPanel(
   canvas,
   view,
@@ -124,7 +135,14 @@ const splines = new Splines(
   () => hand.holds && !hand.readOnly,
   () => bodies.activeBody,
 );
+const hiding = new Hiding(canvas, view);
 const measure = new Measure(canvas, view, () => send(write.AskMass()));
+const detail = new Detail({
+  send,
+  triangles: () => view.solid.triangles,
+  ask: () => send(write.AskMass()),
+  may: () => hand.holds && !hand.readOnly,
+});
 const printing = new PrintCheck(send, () => bodies.leaveColours());
 const hand: Hand = new Hand(canvas, view, send, (x, y) => bodies.takeUp(x, y));
 const palette = new Palette();
@@ -142,10 +160,10 @@ const look = new Look(canvas, view, (ending, what) => save(`${title}.${ending}`,
 lookByKeys(canvas, view.cameras.controls);
 const method = new MethodView(view, send);
 look.showsMethod(method);
-// Not kept: the document's own material. Symmetry and turn, which would surprise the user.
-// tool_memory.ts keeps the numbers of tools and brushes.
+// Some controls are not listed here. The material belongs to the document. Symmetry and turn would
+// surprise the user in another document. tool_memory.ts keeps the numbers of tools and brushes.
 const settings = new Settings(
-  "shape mode brush color axis model sound rumble pressure crumbs steady leads stamp-text every".split(
+  "shape mode brush color axis model sound rumble pressure pen-brush crumbs steady leads stamp-text every".split(
     " ",
   ),
 );
@@ -153,6 +171,7 @@ const start = new Start(send);
 const plot = new ForcePlot(element("plot"), () => rate);
 const senses = new Senses();
 const experiments = new Experiments(send);
+const playback = new Playback(send);
 const history = new History(
   element("history"),
   (to) => send(write.Go({ step: to })),
@@ -184,6 +203,7 @@ function showStart(holds: boolean, json: string): void {
   document.body.dataset.shown = "start";
   notify("");
   experiments.offer(start.show(json));
+  detail.closed();
 }
 
 function showDocument(w: Welcome): void {
@@ -212,6 +232,7 @@ function showDocument(w: Welcome): void {
   // A tool may be as large as the piece and the room around it.
   for (const id of ["size", "depth"])
     input(id).max = String(Math.ceil(Math.max(...w.nodes) * w.pitch));
+  if (w.what === 3) playback.begin(name);
   view.begin({ origin: w.origin, pitch: w.pitch }, w.nodes, again);
   bodies.begin();
   splines.reset();
@@ -227,16 +248,22 @@ function showDocument(w: Welcome): void {
   settings.restore();
   hand.begin();
   measure.begin();
+  hiding.begin();
   printing.leave();
+  detail.begin(name, w.pitch, w.what === 0);
 }
 
-/** `what`: 0 for editing, 1 for read-only, 2 for an experiment. */
+/** `what`: 0 for editing, 1 for read-only, 2 for an experiment, 3 for a milling job. */
 function showReadOnly(what: number): void {
   hand.readOnly = what !== 0;
-  element("reading").textContent = t(what === 2 ? "experiment" : "read_only");
+  element("reading").textContent = t(
+    what === 3 ? "playback" : what === 2 ? "experiment" : "read_only",
+  );
   element("reading").hidden = !hand.readOnly;
   document.body.classList.toggle("read-only", hand.readOnly);
   document.body.classList.toggle("experiment", what === 2);
+  document.body.classList.toggle("playback", what === 3);
+  layout.choose(what === 3 ? "program" : "tools");
   if (hand.readOnly) element("hint").hidden = true;
 }
 
@@ -267,6 +294,7 @@ function showState(s: State): void {
   const pending = s.pending >= PENDING_S;
   element("pending").hidden = !pending || !hand.holds;
   showPiece(s);
+  playback.showPiece(s);
   splines.step(s.step);
   history.setHead(s.step);
   if (step !== s.step) {
@@ -331,7 +359,7 @@ canvas.addEventListener("dblclick", (event) => {
   if (!view.hit(event.clientX, event.clientY)) view.frame();
 });
 const keys = new Keys(
-  actions({ send, view, hand, bodies, splines, measure, printing, look, palette }),
+  actions({ send, view, hand, bodies, splines, measure, hiding, printing, look, palette }),
   element("bindings"),
   () => document.querySelector("dialog[open]") !== null || document.body.dataset.shown !== "solid",
 );

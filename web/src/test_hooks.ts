@@ -22,7 +22,7 @@ function slowFrames(ms: number): void {
 export function offerHooks(view: View, plot: ForcePlot, hand: Hand, line: Connection): void {
   Object.assign(window, {
     kibori: {
-      // Whether the page shows all chunks that the studio has sent, at full quality.
+      // True if the page shows all chunks that the studio has sent, at full quality.
       whole: () => view.solid.whole,
       settled: () => view.painter.settled,
       // Resolves when the studio has handled everything that the page has sent (see Connection).

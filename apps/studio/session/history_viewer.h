@@ -10,7 +10,7 @@ namespace kibori {
 
 class HistoryViewer final : public Session {
  public:
-  // `notice` is the first sentence for the user.
+  // notice() returns `notice` first.
   static Result<std::unique_ptr<Session>> make(std::unique_ptr<Document> document, BodyList at_head,
                                                const std::string& notice);
   // Opens a document with a damaged head at its last undamaged step. `why` says what is damaged.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The folder of a user's documents, by name. Names may come from anywhere. No name leads out of the
-// folder.
+// The folder of a user's documents. Pages select documents by name. Names are untrusted: no name
+// leads out of the folder.
 #pragma once
 
 #include <cstdint>
@@ -24,6 +24,7 @@ class Library {
     int64_t changed_s = 0;  // since 1970
     uint64_t bytes = 0;
   };
+  const std::filesystem::path& folder() const { return folder_; }
   // Newest first, at most 200. Empty if the folder does not exist.
   std::vector<Entry> list() const;
   // The path of an existing document. Errors: no document has this name.

@@ -58,7 +58,7 @@ HapticDeviceState held_by(const DeviceCapabilities& can, const Vec3& size_mm, do
   HapticDeviceState held;
   held.name = can.name;
   held.force_n = can.dof_out > 0 ? can.force_n : 0;
-  // The device's workspace spans the stock if its size is known.
+  // If the size of the device's workspace is known, the workspace spans the stock.
   const Box& hand = can.workspace_mm;
   if (hand.max.x() > hand.min.x())
     held.scale =
@@ -102,7 +102,8 @@ Result<std::unique_ptr<Device>> LiveSession::open_hand(const std::string& name,
   settings.spring.stiffness_n_mm = held.stiffness_n_mm / (held.share * held.scale);
   Vec3 top = material_mm.centre();
   top.z() = material_mm.max.z();
-  // The second button is the clutch, like lifting a mouse.
+  // The second button is the clutch. While it is pressed, the hand moves without the tool, as when
+  // a mouse is lifted.
   settings.workspace = Workspace(top, held.scale, 1);
   return opened;
 }
@@ -121,7 +122,7 @@ LiveSettings LiveSession::take_scene(const Scene& scene) {
   settings.mode = Mode::off;
   settings.log = settings.watched = true;
   settings.snapshot_ticks = 4;                                // viewers see cuts soon
-  settings.idle_s = std::numeric_limits<double>::infinity();  // a press is a stroke
+  settings.idle_s = std::numeric_limits<double>::infinity();  // only lift() ends a stroke
   settings.spring.strength_n = hand_.strength_n;
   settings.spring.stiffness_n_mm = hand_.strength_n / kHandGiveMm;
   settings.spring.hand_share = kPoweredShare;
@@ -237,8 +238,8 @@ void LiveSession::resume() {
 
 // ---- Pointer
 
-void LiveSession::aim(const Vec3& tip_mm, const Vec3& axis, double time_s) {
-  first_.aim(tip_mm, axis, time_s);
+void LiveSession::aim(const Vec3& tip_mm, const Vec3& axis, double time_s, double pressure) {
+  first_.aim(tip_mm, axis, time_s, pressure);
 }
 
 void LiveSession::turn(double roll_rad) {
@@ -260,30 +261,31 @@ Status LiveSession::can_work(Mode mode) const {
   return check_modes(mode, std::nullopt, protects);
 }
 
-void LiveSession::press(const Vec3& tip_mm, const Vec3& axis, Mode requested, double time_s) {
+void LiveSession::press(const Vec3& tip_mm, const Vec3& axis, Mode requested, double time_s,
+                        double pressure) {
   lift();
   if (!first_.pointer) return;
   const Mode mode = mode_in(materials_[stock_material_], requested);
   if (const Status can = can_work(mode); !can) return notify(can);
   StrokeGuideSettings guide = guide_;
-  // A warp or the wheel follows the hand itself, without a guide.
-  if (warps(mode) || on_wheel(mode)) guide = {};
+  // A warp, a snake hook or the wheel follows the hand itself, without a guide.
+  if (pulls(mode) || on_wheel(mode)) guide = {};
   guide.lead &= !reshapes(mode) || mode == Mode::press;  // a brush has no edge
   guide.stamp &= mode == Mode::cut || mode == Mode::touch;
   const std::optional<Pose> pose = first_.begin_at(tip_mm, axis, time_s, guide);
   if (!pose) return;
   const Status posted = post([pointer = first_.pointer, stroke = first_.stroke() + 1, place = *pose,
-                              mode, brush = brush_of(mode)](ServoContext& live) {
+                              mode, brush = brush_of(mode)](ServoContext& live) mutable {
     if (pointer->finished() >= stroke) return;  // it was cancelled before it began
     live.settings().mode = mode;
-    live.settings().brush = brush;
+    std::swap(live.settings().brush, brush);  // the old one is freed on another thread
     const bool backs_out = mode != Mode::deposit && !reshapes(mode);
     if (!backs_out) live.place_at(place);
     const std::optional<Pose> clear = backs_out ? live.place_clear(place) : place;
     pointer->follow(stroke, clear.value_or(place));
   });
   if (!posted) return notify(posted);
-  first_.press(*pose, time_s);
+  first_.press(*pose, time_s, pressure);
 }
 
 void LiveSession::lift() {
@@ -370,9 +372,9 @@ void LiveSession::lift_second() {
 void LiveSession::work(Mode requested) {
   if (!held()) return;
   const Mode mode = mode_in(materials_[stock_material_], requested);
-  notify(post([mode, brush = brush_of(mode)](ServoContext& live) {
+  notify(post([mode, brush = brush_of(mode)](ServoContext& live) mutable {
     live.settings().mode = mode;
-    live.settings().brush = brush;
+    std::swap(live.settings().brush, brush);
   }));
 }
 
@@ -399,7 +401,7 @@ Status LiveSession::choose_reach(double scale) {
   return give_hand(hand_, scale);
 }
 
-// ---- Both
+// ---- Pointer and force device
 
 void LiveSession::cancel() {
   if (!live_) return;
@@ -434,7 +436,8 @@ void LiveSession::go(StepId step) {
 
 Status LiveSession::fits_hand(const Tool& tool) const {
   if (Status fits = check_tool(tool); !fits) return fits;
-  // The limits of the servo's time per tick, and of the reach that float32 resolves.
+  // kMaxStampTriangles limits the servo's time per tick. kMaxToolReach is the reach that float32
+  // resolves.
   const auto* mesh = std::get_if<MeshTool>(&tool);
   if ((mesh && mesh->mesh->triangles.size() > kMaxStampTriangles) ||
       !(reach_mm(tool) <= kMaxToolReach * lattice_.pitch_mm))
@@ -472,9 +475,9 @@ Status LiveSession::choose_hand(const Hand& hand) {
   return give_hand(hand, held() ? first_.held->scale : 1);
 }
 
-// Sets the servo's spring for the hand. With a pointer, the stiffness is proportional to the
-// strength. With a device, it is the rendered stiffness at the wood: one mm of the hand is `reach`
-// mm, and one newton of the wood is `share` N at the hand.
+// Sets the servo's spring for the hand. With a pointer, the default stiffness is proportional to
+// the strength. With a device, the rendered stiffness is converted to the wood. One mm of the hand
+// is `reach` mm there, and one newton of the wood is `share` N at the hand.
 Status LiveSession::give_hand(const Hand& hand, double reach) {
   double stiffness = hand.stiffness_n_mm > 0 ? hand.stiffness_n_mm : hand.strength_n / kHandGiveMm,
          share = 1;
@@ -508,7 +511,7 @@ Status LiveSession::give_hand(const Hand& hand, double reach) {
 Brush LiveSession::brush_of(Mode mode) const {
   if (brush_) {
     Brush brush = *brush_;
-    if (mode != Mode::inflate) brush.strength = std::max(0.0, brush.strength);
+    if (!has_opposite(mode)) brush.strength = std::max(0.0, brush.strength);
     return brush;
   }
   Brush brush;
@@ -517,16 +520,19 @@ Brush LiveSession::brush_of(Mode mode) const {
   return brush;
 }
 
-Status LiveSession::choose_brush(const Brush& brush) {
+Status LiveSession::choose_brush(Brush brush) {
+  if (brush.alpha == Alpha::picture) {
+    brush.picture = texture_;
+    if (!texture_) brush.alpha = Alpha::none;
+  }
   if (Status fits = check_brush_of(Mode::inflate, brush); !fits) return fits;
   if (!(brush.radius_mm <= kMaxToolReach * lattice_.pitch_mm))
     return Error{"this brush is too large for the pitch; use a smaller one"};
   brush_ = brush;
   if (!held()) return Ok{};
-  return post([brush](ServoContext& live) {
-    live.settings().brush = brush;
-    if (live.settings().mode != Mode::inflate)
-      live.settings().brush.strength = std::max(0.0, brush.strength);
+  return post([brush](ServoContext& live) mutable {
+    if (!has_opposite(live.settings().mode)) brush.strength = std::max(0.0, brush.strength);
+    std::swap(live.settings().brush, brush);  // the old one is freed on another thread
   });
 }
 
@@ -571,7 +577,8 @@ void LiveSession::revise(StepId step, StepId head, const BodyAction& action) {
 
 Result<std::vector<Vec3>> LiveSession::preview(const BodyAction& action) {
   lift_both();
-  // The document's bodies, with the tool's cuts since then.
+  // The bodies of the document. The model under the tool replaces that of its body, because it is
+  // newer.
   BodyList would = listed_;
   if (Body* const body = would.find(carved_body_)) body->model = carved_;
   const Result<BodyChange> done = apply(would, action, kPreviewThreads);

@@ -34,8 +34,8 @@ class LiveSession final : public Session {
     double stiffness_n_mm = 0;
     double share = kPoweredShare;  // share of the cutting force that the hand receives
   };
-  // Uses the tool and materials of `scene`. `notice` is the first sentence for the user. Errors:
-  // those of the device.
+  // Uses the tool and materials of `scene`. notice() returns `notice` first. Errors: those of the
+  // device.
   static Result<std::unique_ptr<Session>> make(std::unique_ptr<Document> document,
                                                std::unique_ptr<TriDexel> model, const Scene& scene,
                                                const SessionOptions& options,
@@ -50,10 +50,11 @@ class LiveSession final : public Session {
 
   // Moves the pointer's hand: tip [mm], axis (from the tip up, any nonzero length), and the time
   // [s] on any clock. While it is pressed, the tool follows these positions one after another.
-  void aim(const Vec3& tip_mm, const Vec3& axis, double time_s);
-  // Begins a stroke here. The tool backs out along its axis until it is clear of material. Then it
-  // comes in again, and acts by its mode from then on.
-  void press(const Vec3& tip_mm, const Vec3& axis, Mode mode, double time_s);
+  // pressure: of a pen, 0 to 1, for brushes that follow it.
+  void aim(const Vec3& tip_mm, const Vec3& axis, double time_s, double pressure = 1);
+  // Begins a stroke at this pose. If the tool would be inside material, it is placed farther back
+  // along its axis, where it is clear. From there it moves to the pose and works in its mode.
+  void press(const Vec3& tip_mm, const Vec3& axis, Mode mode, double time_s, double pressure = 1);
   // Ends the stroke after the tool has followed all positions.
   void lift();
   // Strikes a cutting tool with the mallet. It drives the tool along the aim with the work
@@ -61,9 +62,9 @@ class LiveSession final : public Session {
   void strike();
   // Sets the tool's rotation about its own axis [rad].
   void turn(double roll_rad);
-  // Whether a stroke is in progress, or is lifted while its tool still follows the path.
+  // True if a stroke is in progress, or is lifted while its tool still follows the path.
   bool pressed() const { return first_.pressed() || second_.pressed() || !later_.empty(); }
-  // Whether the pressed tool is inside material and cannot back out. It cuts nothing there.
+  // True if the pressed tool is inside material and cannot back out. It cuts nothing there.
   bool blocked() const { return (first_.pressed() || !later_.empty()) && inside_; }
   // The part of a brush's stroke that is not in the model yet, as time of the hand's motion [s].
   // ticks() updates it.
@@ -77,8 +78,8 @@ class LiveSession final : public Session {
   };
   Status choose_second(const Tool& tool, Mode mode, const Lead& lead);
   const Tool* second_tool() const override { return second_tool_ ? &*second_tool_ : nullptr; }
-  // Like aim(), press() and lift(), for the second pointer. Everything both hands do until both are
-  // lifted is one stroke.
+  // Like aim(), press() and lift(), for the second pointer. All that the two hands do until both
+  // are lifted is one stroke.
   void aim_second(const Vec3& tip_mm, const Vec3& axis, double time_s);
   void press_second(const Vec3& tip_mm, const Vec3& axis, double time_s);
   void lift_second();
@@ -87,32 +88,36 @@ class LiveSession final : public Session {
   const HapticDeviceState* held() const { return first_.held ? &*first_.held : nullptr; }
   // The second hand's force device.
   const HapticDeviceState* second_held() const { return second_.held ? &*second_.held : nullptr; }
-  // Sets what the device's tool does.
+  // Sets the mode of the device's tool.
   void work(Mode mode);
   void arm(bool armed);
-  // Moves the tool to this position [mm], independent of the hand.
+  // Moves the tool to this position [mm], while the hand stays in place.
   void bring(const Vec3& tip_mm);
-  // Errors: an invalid scale, or one at which the device cannot render the spring. Nothing changes
-  // then.
+  // Sets how far the tool moves per mm of the hand. Errors: no device holds the tool, or the scale
+  // is not 0.1 to 20. Nothing changes then.
   Status choose_reach(double scale);
 
-  // Errors: an invalid tool or spring. Nothing changes then.
+  // Errors: an invalid tool, or one that is too large for a hand. Nothing changes then.
   Status choose_tool(const Tool& tool);
   // Errors: a strength outside 20 to 1000 N, or a stiffness that is neither 0 nor 0.01 to 10000
   // N/mm, or that the device cannot render.
   Status choose_hand(const Hand& hand);
   const Hand& hand() const { return hand_; }
   Status choose_material(size_t material);  // the material to add
-  // Sets the brush of reshaping modes from the next stroke on. By default its radius depends on the
-  // tool, and its strength is the maximum.
-  Status choose_brush(const Brush& brush);
+  // Sets the brush of reshaping modes from the next stroke on. By default, its radius depends on
+  // the tool, and its strength is the maximum, 1. The texture `picture` is that of
+  // choose_texture(). Without one, the brush has no texture.
+  Status choose_brush(Brush brush);
+  void choose_texture(std::shared_ptr<const AlphaPicture> picture) {
+    texture_ = std::move(picture);
+  }
   Status choose_model(ForceModel model);
   // Planes and axis pass through the lattice's middle. See Symmetry.
   Status choose_symmetry(const std::array<bool, 3>& planes, int fold, Axis axis);
   // Sets the guide of pointer strokes from the next one on. For the second tool, choose_second()
   // sets the lead. Errors: an invalid guide; nothing changes then.
   Status choose_guide(const StrokeGuideSettings& guide);
-  // Sets what happens to severed pieces, from the next stroke on.
+  // Sets the rule for severed pieces, from the next stroke on.
   Status choose_crumbs(Crumbs crumbs);
   Crumbs crumbs() const { return crumbs_; }
 
@@ -120,9 +125,10 @@ class LiveSession final : public Session {
   void act(const BodyAction& action);
   // Replaces the action of a step on the path to `head`. See Document::revise.
   void revise(StepId step, StepId head, const BodyAction& action);
-  // Shows an action's result until the document changes or until end_preview(). For a spline it
-  // returns the forces [N] on the hands that moved its control points, as in soft clay. Motions are
-  // relative to the previous preview. Errors: the action is impossible; the previous preview stays.
+  // Shows an action's result until the document changes or until end_preview(). For a spline,
+  // returns a force [N] for each control point. It is the force of soft clay on a finger that moved
+  // the point there from the previous preview. Errors: the action is impossible; the previous
+  // preview stays.
   Result<std::vector<Vec3>> preview(const BodyAction& action);
   void end_preview();
   // The last spline on the path to the head, as JSON: step, parent, head, action. Empty: there is
@@ -182,7 +188,7 @@ class LiveSession final : public Session {
   Tool tool_;
   Symmetry symmetry_;
   Crumbs crumbs_ = Crumbs::sort;
-  // All bodies of the document. The model under the tool, and the body it belongs to.
+  // All bodies of the document, the model under the tool, and the body of that model.
   BodyList listed_;
   Snapshot carved_;
   BodyId carved_body_ = 1;
@@ -190,12 +196,13 @@ class LiveSession final : public Session {
   std::optional<BodyList> previewed_;  // shown instead of listed_
   std::optional<SplineShape> last_previewed_;
   std::optional<Brush> brush_;
+  std::shared_ptr<const AlphaPicture> texture_;  // null: none
   Brush brush_of(Mode mode) const;
   bool inside_ = false;
   double pending_s_ = 0;
   bool stepped_ = false;  // see SessionOptions
   std::unique_ptr<LiveCarving> live_;
-  // Written on the document writer's thread.
+  // Shared with the document writer's thread.
   std::atomic<bool> refresh_requested_{false};  // a request is pending
   std::mutex changes_mutex_;
   struct Changes {

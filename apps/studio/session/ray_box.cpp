@@ -17,7 +17,10 @@ int first_node(double depth) { return static_cast<int>(std::ceil(depth - 0.5)); 
 
 // Chooses the rays of the cube whose indices are multiples of `every`.
 void choose_rays(RayBox& box, int every) {
-  const auto up = [&](int first) { return (first + every - 1) / every * every; };
+  const auto up = [&](int first) {
+    const int beyond = (first % every + every) % every;
+    return beyond == 0 ? first : first + every - beyond;
+  };
   const auto count = [&](int first, int last) {
     return last < up(first) ? 0 : (last - up(first)) / every + 1;
   };
@@ -30,7 +33,7 @@ void choose_rays(RayBox& box, int every) {
     box.u = box.v = box.columns = box.rows = 0;
 }
 
-// Calls f(u, v) for the rays of the box, u first.
+// Calls f(u, v) for the rays of the box. u changes fastest.
 template <class F>
 void for_rays(const RayBox& box, F&& f) {
   for (int row = 0; row < box.rows; row++)
@@ -46,17 +49,17 @@ RayBox ray_box(const Lattice& lattice, Axis axis, const Vec3& centre_mm, double 
   const double radius = radius_mm / lattice.pitch_mm;
   // The node indices along an axis that are inside the cube and the lattice. A far cube has none.
   const auto indices = [&](int index) {
-    const double nodes = lattice.nodes_along(index);
-    const double first = std::ceil(std::clamp(centre[index] - radius - 0.5, 0.0, nodes));
-    const double last = std::floor(std::clamp(centre[index] + radius - 0.5, -1.0, nodes - 1));
+    const double low = lattice.low()[index], high = lattice.high()[index];
+    const double first = std::ceil(std::clamp(centre[index] - radius - 0.5, low, high));
+    const double last = std::floor(std::clamp(centre[index] + radius - 0.5, low - 1, high - 1));
     return std::array<int, 2>{static_cast<int>(first), static_cast<int>(last)};
   };
   RayBox box;
   box.axis = axis;
   const int depth = depth_index(axis);
-  const double deep = lattice.nodes_along(depth);
-  box.low = std::clamp(centre[depth] - radius, 0.0, deep);
-  box.high = std::clamp(centre[depth] + radius, 0.0, deep);
+  const double begin = lattice.low()[depth], end = lattice.high()[depth];
+  box.low = std::clamp(centre[depth] - radius, begin, end);
+  box.high = std::clamp(centre[depth] + radius, begin, end);
   const auto [u0, u1] = indices(u_index(axis));
   const auto [v0, v1] = indices(v_index(axis));
   box.first_u = u0, box.last_u = u1, box.first_v = v0, box.last_v = v1;
@@ -89,6 +92,8 @@ VanishedNodes vanished_in(const RayBox& box, const Snapshot& before, const Snaps
   std::vector<std::array<int, 2>> left;  // nodes of the ray that are in the material now
   VanishedNodes result;
   for_rays(box, [&](int u, int v) {
+    // One of the two may have a larger lattice.
+    if (!before.field(box.axis).has_ray(u, v) || !now.field(box.axis).has_ray(u, v)) return;
     left.clear();
     now.field(box.axis).for_spans(u, v, [&](const Span& span) {
       left.push_back(
@@ -115,11 +120,11 @@ VanishedNodes vanished_in(const RayBox& box, const Snapshot& before, const Snaps
   for (const NodeRun& run : gone) {
     const auto length = static_cast<size_t>(run.end - run.begin);
     for (size_t k = (step - passed % step) % step; k < length; k += step) {
-      std::array<uint16_t, 3> node{};
+      std::array<int16_t, 3> node{};
       node[static_cast<size_t>(depth_index(box.axis))] =
-          static_cast<uint16_t>(run.begin + static_cast<int>(k));
-      node[static_cast<size_t>(u_index(box.axis))] = static_cast<uint16_t>(run.u);
-      node[static_cast<size_t>(v_index(box.axis))] = static_cast<uint16_t>(run.v);
+          static_cast<int16_t>(run.begin + static_cast<int>(k));
+      node[static_cast<size_t>(u_index(box.axis))] = static_cast<int16_t>(run.u);
+      node[static_cast<size_t>(v_index(box.axis))] = static_cast<int16_t>(run.v);
       result.nodes.push_back(node);
     }
     passed += length;

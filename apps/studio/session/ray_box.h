@@ -27,24 +27,24 @@ struct RayBox {
 };
 
 // The rays whose indices are multiples of `every`, in the cube with this half side about
-// `centre_mm`. So the same rays are shown wherever the cube moves. `every` is doubled until at most
+// `centre_mm`. So the shown rays do not move with the cube. `every` is doubled until at most
 // kMaxBoxRays remain per direction. There are no rays if the cube is outside the lattice.
 RayBox ray_box(const Lattice& lattice, Axis axis, const Vec3& centre_mm, double radius_mm,
                int every);
 
-// For each ray of the box, u first: the spans between its depths, at most kMaxBoxSpans.
+// The spans of each ray between the depths of the box, at most kMaxBoxSpans. u changes fastest.
 std::vector<std::vector<Span>> spans_in(const RayBox& box, const Snapshot& snapshot);
 
 struct VanishedNodes {
   size_t count = 0;
   // All vanished nodes, or kMaxVanishedNodes of them, evenly chosen: x, y and z index.
-  std::vector<std::array<uint16_t, 3>> nodes;
+  std::vector<std::array<int16_t, 3>> nodes;
 };
 // The same cube with four times as many rays in both directions, or all of them.
 RayBox finer(const RayBox& box);
 
-// Finds lattice nodes on the box's rays and between its depths, in this field. They were in the
-// material before and are not now.
+// Finds lattice nodes on the rays of the box and between its depths. They were in the material of
+// `before` and are not in that of `now`.
 VanishedNodes vanished_in(const RayBox& box, const Snapshot& before, const Snapshot& now);
 
 }  // namespace kibori

@@ -15,8 +15,8 @@ namespace {
 
 constexpr int kSurfaceThreads = 2;
 
-// The studio's woods of early 2026 were 400 times too soft. New strokes use the built-in material
-// of that name. Older strokes keep the material that they were carved with.
+// The studio's woods and wax of early 2026 were 160 to 430 times too soft. New strokes use the
+// built-in material of the same name. Older strokes keep the material that they were carved with.
 void replace_soft_wood(Material& material) {
   constexpr struct {
     const char* name;
@@ -190,7 +190,7 @@ PastStep PastSteps::of(const Document& document, const Step& step) {
   auto& [tool, mode] = seen->second;
   if (fresh && !step.stock) {
     if (const auto settings = document.settings(step.id)) {
-      // If the first hand only moved, the second hand's tool and mode count.
+      // If the first hand only moved, the step has the second hand's tool and mode.
       const StrokeSettings& s = settings.value();
       const bool second = s.mode == Mode::off && s.second;
       tool = second ? s.second->tool : s.tool;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// What the studio's pages show: a document that a user carves in (LiveSession), a read-only
-// document (HistoryViewer), or a scene that carves by itself (ExperimentSession). There is no
-// network and no drawing here; apps/studio has those. One thread owns a session.
+// A session holds what the studio's pages show: a document that a user carves (LiveSession), a
+// read-only document (HistoryViewer), or a scene that runs by itself (ExperimentSession). Sessions
+// do not use the network or draw; apps/studio does. One thread owns a session.
 #pragma once
 
 #include <cstdint>
@@ -25,6 +25,7 @@ namespace kibori {
 
 class ExperimentSession;
 class LiveSession;
+class PlaybackSession;
 
 // The state of a document's history.
 struct HistoryState {
@@ -38,7 +39,7 @@ struct HistoryState {
 struct PastStep {
   StepId id = 0, parent = 0;  // the stock's parent is 0
   double removed_mm3 = 0;     // negative: added
-  int64_t made_s = 0;         // begin of the step [s since 1970]; 0: unknown
+  int64_t made_s = 0;         // start of the step [s since 1970]; 0: unknown
   std::optional<Tool> tool;   // none for the stock
   Mode mode = Mode::cut;
   bool pictured = false;  // whether thumbnail() had a picture of it when the step was first listed
@@ -50,7 +51,7 @@ struct SessionOptions {
   // The device of devices/registry.h that holds the tool. Empty: a pointer.
   std::string device;
   // LiveSession::tick() moves the tool instead of a thread, so that a test's time is exact. Only a
-  // pointer and the simulated hand can be stepped. A real device would never be released.
+  // pointer and the simulated hand can be stepped: a real device needs a tick every ms.
   bool stepped = false;
   // The device of the second hand's tool, if a device holds the first one's.
   std::string second = {};
@@ -64,9 +65,11 @@ class Session {
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
 
-  // Null unless a hand or a scene carves.
+  // This session as one of its kinds, or null. live(): a hand carves. experiment(): a scene runs.
+  // playback(): a milling job runs.
   virtual LiveSession* live() { return nullptr; }
   virtual ExperimentSession* experiment() { return nullptr; }
+  virtual PlaybackSession* playback() { return nullptr; }  // of a milling job
 
   // The second hand's tool. Null: there is none.
   virtual const Tool* second_tool() const { return nullptr; }
@@ -90,16 +93,16 @@ class Session {
   BodyId active() const { return shown_.active; }
   const Body& active_body() const { return *shown_.bodies.find(shown_.active); }
   const Snapshot& snapshot() const { return active_body().model; }
-  // A revision. It increases whenever any of these has changed.
+  // A revision. It increases whenever a body or its volume, or the active body, has changed.
   uint64_t bodies_revision() const { return bodies_revision_; }
   // Null: there is no such body.
   const LiveSurface* surface(BodyId body) const;
-  // The volume of one body [mm^3]. For the active body it is the last count while no stroke ran.
+  // The volume of one body [mm^3]. The volume of the active body is counted only while no stroke
+  // runs.
   double volume_mm3(BodyId body) const;
   // The ticks since the last call, oldest first.
   const std::vector<LiveTick>& ticks();
-  // The total volume [mm^3] at the last follow() and ticks(), and how much less it is than the
-  // stock's.
+  // The total volume [mm^3] at the last follow() and ticks(), and the stock's volume minus this.
   double volume_mm3() const { return volume_mm3_; }
   double removed_mm3() const { return stock_mm3_ - volume_mm3_; }
 
@@ -123,8 +126,8 @@ class Session {
   virtual void save_copy(const std::filesystem::path& path, std::function<void(Status)> done) = 0;
   // A sentence for the user, or empty. Each one is returned once.
   virtual std::string notice() { return std::exchange(notice_, {}); }
-  // Ends a stroke and saves. Returns a sentence on the document's location if it could not be saved
-  // in its place.
+  // Ends a stroke and saves. If the document's own file could not be written, returns a sentence
+  // that says where the document is now.
   virtual std::string close() { return {}; }
 
  protected:
@@ -133,7 +136,7 @@ class Session {
     BodyList bodies;
     BodyId active = 1;
   };
-  // Sets the first state. The stock's volume was `removed_mm3` larger.
+  // Sets the first state. The volume of the stock is that of `first` plus `removed_mm3`.
   void begin(Shown first, double removed_mm3);
   void notify(const Status& how) {
     if (!how) notice_ = how.error();
@@ -144,7 +147,7 @@ class Session {
   virtual bool latest(Shown& shown) = 0;
   virtual bool next_tick(LiveTick&) { return false; }
   virtual void update_history() = 0;
-  // Whether the model keeps changing. Then its volume is not counted, because that takes time.
+  // True if the model keeps changing. Then its volume is not counted, because that takes time.
   virtual bool busy() const { return false; }
 
   std::string name_;
@@ -174,7 +177,7 @@ class Session {
 };
 
 // Opens a document with the tool and materials of its last stroke. If its head is damaged, opens
-// the last complete step read-only. Errors: those of the document and the device.
+// the last undamaged step read-only. Errors: those of the document and the device.
 Result<std::unique_ptr<Session>> open_session(const std::filesystem::path& document,
                                               const SessionOptions& options);
 // Creates a document with the stock, tool and materials of `scene`. Errors: the file exists; those

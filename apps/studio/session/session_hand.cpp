@@ -15,18 +15,20 @@ std::optional<Pose> SessionHand::pose_of(const Vec3& tip_mm, const Vec3& axis, b
   return Pose{tip_mm, aimed_ * rotation(Vec3(0, 0, roll_rad))};
 }
 
-void SessionHand::aim(const Vec3& tip_mm, const Vec3& axis, double time_s) {
+void SessionHand::aim(const Vec3& tip_mm, const Vec3& axis, double time_s, double pressure) {
   if (!pointer) return;
   const std::optional<Pose> pose = pose_of(tip_mm, axis, !pressed_);
   if (!pose) return;
+  pressure_ = pressure;
   if (!pressed_)
     pointer->hover(*pose);
   else if (!std::isfinite(time_s))
     return;
   else if (guided_)
-    guided_->move(*pose, time_s, [&](const Pose& at, double s) { pointer->move(at, s); });
+    guided_->move(*pose, time_s,
+                  [&](const Pose& at, double s) { pointer->move(at, s, pressure_); });
   else
-    pointer->move(*pose, time_s);
+    pointer->move(*pose, time_s, pressure_);
 }
 
 std::optional<Pose> SessionHand::begin_at(const Vec3& tip_mm, const Vec3& axis, double time_s,
@@ -39,14 +41,15 @@ std::optional<Pose> SessionHand::begin_at(const Vec3& tip_mm, const Vec3& axis, 
   return pose;
 }
 
-void SessionHand::press(const Pose& pose, double time_s) {
-  stroke_ = pointer->begin(pose, time_s);
+void SessionHand::press(const Pose& pose, double time_s, double pressure) {
+  pressure_ = pressure;
+  stroke_ = pointer->begin(pose, time_s, pressure_);
   pressed_ = true;
 }
 
 void SessionHand::lift() {
   pressed_ = false;
-  if (guided_) guided_->end([&](const Pose& at, double s) { pointer->move(at, s); });
+  if (guided_) guided_->end([&](const Pose& at, double s) { pointer->move(at, s, pressure_); });
   pointer->end();
 }
 

@@ -37,30 +37,32 @@ class SessionHand {
   bool pressed() const { return pressed_; }
   // The pointer's newest stroke.
   uint32_t stroke() const { return stroke_; }
-  // Whether the tool has reached every position of the pointer's last stroke.
+  // True if the tool has reached every position of the pointer's last stroke.
   bool finished() const { return pointer->finished() >= stroke_; }
 
   // Moves the pointer to `tip_mm`, with the tool along `axis` (any nonzero length), at `time_s`.
-  // Between strokes the tool hovers there.
-  void aim(const Vec3& tip_mm, const Vec3& axis, double time_s);
+  // Between strokes the tool hovers there. pressure: of a pen, 0 to 1.
+  void aim(const Vec3& tip_mm, const Vec3& axis, double time_s, double pressure = 1);
   // The pose at the beginning of a stroke, guided if `guide` guides. Nothing if the pose or the
   // time is not finite.
   std::optional<Pose> begin_at(const Vec3& tip_mm, const Vec3& axis, double time_s,
                                const StrokeGuideSettings& guide);
-  void press(const Pose& pose, double time_s);
+  void press(const Pose& pose, double time_s, double pressure = 1);
   void lift();
-  // Takes the device's state from a tick.
+  // Stores the device's state that a tick reports.
   void note(const HandTick& tick);
-  // The servo has ended, and the pointer with it.
+  // Call this before the servo is destroyed, because it owns the pointer.
   void close();
 
  private:
-  // The tool's pose there. `upright`: turned the shortest way from upright. Otherwise it is turned
-  // from its last aimed pose, so that it does not spin.
+  // The pose of a tool with this tip and axis. If `upright`, the shortest rotation turns the tool
+  // from upright to the axis. Otherwise it turns the tool from its last aimed pose, so that the
+  // tool does not spin.
   std::optional<Pose> pose_of(const Vec3& tip_mm, const Vec3& axis, bool upright);
 
   uint32_t stroke_ = 0;
   bool pressed_ = false;
+  double pressure_ = 1;            // the newest of the stroke
   Mat3 aimed_ = Mat3::Identity();  // the last aimed frame, before the roll
   std::optional<StrokeGuide> guided_;
 };

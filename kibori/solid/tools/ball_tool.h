@@ -17,7 +17,6 @@ struct BallTool {
 
   void check(ToolCheck&) const {}
   double reach_mm() const { return 2 * radius; }
-  FlatFaces flat_faces() const { return {}; }
   void add_parts(SweptParts& parts) const { parts.ball(radius); }
 };
 

@@ -17,7 +17,6 @@ struct BoxTool {
 
   void check(ToolCheck&) const {}
   double reach_mm() const { return Vec3(size.x() / 2, size.y() / 2, size.z()).norm(); }
-  FlatFaces flat_faces() const { return {3, size.maxCoeff()}; }
   void add_parts(SweptParts& parts) const;
 };
 

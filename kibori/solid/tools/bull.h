@@ -25,10 +25,10 @@ struct Bull {
     checks.require(length >= 2 * corner, "length must be at least twice the corner");
   }
   double reach_mm() const { return std::hypot(length, radius); }
-  FlatFaces flat_faces() const { return {1, 2 * radius}; }
   void add_parts(SweptParts& parts) const {
     const double scale = parts.scale(), round = corner * scale;
-    // At least as high as the rim. Otherwise the hull does not hold all of the rim.
+    // The cylinder is at least as high as the rim. Otherwise the hull would not contain all of
+    // the rim.
     const BodyTop top(length * scale, std::max(2 * round, parts.useful()));
     parts.convex(cylinder_body(radius * scale, round, top));
     parts.add<SweptRim>(parts.above_tip(round), parts.frame(), (radius - corner) * scale, round,

@@ -23,7 +23,6 @@ struct Capsule {
     checks.require(length >= 2 * radius, "length must be at least twice the radius");
   }
   double reach_mm() const { return length; }
-  FlatFaces flat_faces() const { return {}; }
   void add_parts(SweptParts& parts) const;
 };
 

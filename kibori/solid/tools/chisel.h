@@ -23,7 +23,6 @@ struct Chisel {
 
   void check(ToolCheck& checks) const { checks.between("bevel_deg", bevel_deg, 5, 120); }
   double reach_mm() const { return Vec3(thickness / 2, width / 2, length).norm(); }
-  FlatFaces flat_faces() const { return {}; }
   void add_parts(SweptParts& parts) const {
     parts.wedge_blade(1, bevel_deg, thickness, width, length);
   }

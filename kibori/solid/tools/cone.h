@@ -22,7 +22,6 @@ struct Cone {
 
   void check(ToolCheck& checks) const { checks.between("angle_deg", angle_deg, 1, 175); }
   double reach_mm() const { return std::hypot(length, radius); }
-  FlatFaces flat_faces() const { return {}; }
   void add_parts(SweptParts& parts) const {
     const SinCos half = half_angle(angle_deg);
     const double full = std::min(radius / (half.sin / half.cos), length);

@@ -23,7 +23,6 @@ struct Drill {
 
   void check(ToolCheck& checks) const { as_cone().check(checks); }
   double reach_mm() const { return as_cone().reach_mm(); }
-  FlatFaces flat_faces() const { return as_cone().flat_faces(); }
   void add_parts(SweptParts& parts) const { as_cone().add_parts(parts); }
 
  private:

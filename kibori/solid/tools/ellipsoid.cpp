@@ -7,7 +7,7 @@ void Ellipsoid::add_parts(SweptParts& parts) const {
   const Vec3 r = radii * parts.scale();
   ConvexBody body;
   body.q.diagonal() = -r.cwiseProduct(r).cwiseInverse() * r.z();
-  // The centre is at height r_z: r_z - r_z |x/r|^2 expands to 2z - r_z (z/r_z)^2 ...
+  // q = r_z (1 - |(x - centre)/r|^2), with the centre at height r_z. Along z, it is 2z - z^2/r_z.
   body.b = Vec3(0, 0, 1);
   body.c = 0;
   body.local_bounds = {Vec3(-r.x(), -r.y(), 0), Vec3(r.x(), r.y(), 2 * r.z())};

@@ -17,7 +17,6 @@ struct Ellipsoid {
 
   void check(ToolCheck&) const {}
   double reach_mm() const { return 2 * radii.maxCoeff(); }
-  FlatFaces flat_faces() const { return {}; }
   void add_parts(SweptParts& parts) const;
 };
 

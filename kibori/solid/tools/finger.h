@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The paper's virtual finger (eq. 1): a paraboloid.
+// The virtual finger of the original paper (eq. 1, docs/paper.md): a paraboloid.
 #pragma once
 
 #include <kibori/solid/tool_shape.h>
@@ -22,7 +22,6 @@ struct Finger {
 
   void check(ToolCheck&) const {}
   double reach_mm() const { return std::hypot(length, std::sqrt(length / ks)); }
-  FlatFaces flat_faces() const { return {}; }
   void add_parts(SweptParts& parts) const;
 };
 

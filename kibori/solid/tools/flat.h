@@ -20,7 +20,6 @@ struct Flat {
 
   void check(ToolCheck&) const {}
   double reach_mm() const { return std::hypot(length, radius); }
-  FlatFaces flat_faces() const { return {1, 2 * radius}; }
   void add_parts(SweptParts& parts) const { parts.cylinder(radius, 0, length); }
 };
 

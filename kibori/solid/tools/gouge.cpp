@@ -4,8 +4,9 @@
 namespace kibori {
 
 GougeArc gouge_arc(const Gouge& gouge) {
-  // Radius divided by width. Each sweep is rounder than the one before by a similar step. Carvers'
-  // lists (London pattern, Swiss) differ from each other by up to one number.
+  // Radius of the arc divided by its width, for sweeps 2 to 8. The values are chosen so that the
+  // steps between sweeps are similar. Carvers' lists (London pattern, Swiss) differ by up to one
+  // sweep number.
   constexpr double kRadius[] = {2.5, 1.75, 1.25, 1, 0.75, 0.625, 0.55};  // 2 to 8
   // Depth divided by width.
   constexpr double kDepth[] = {0.5, 0.65, 0.85};  // 9 to 11

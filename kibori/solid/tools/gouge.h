@@ -29,7 +29,6 @@ struct Gouge {
                    "sweep must be a whole number from 2 to 11");
   }
   double reach_mm() const { return Vec3(thickness / 2, width / 2, length).norm(); }
-  FlatFaces flat_faces() const { return {}; }
   void add_parts(SweptParts& parts) const;
 };
 

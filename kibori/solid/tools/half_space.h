@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The half-space, for scenes, cuts and tests. A hand cannot hold it.
+// The half-space, for scenes, cuts and tests. The studio does not offer it, because it is
+// infinite.
 #pragma once
 
 #include <kibori/solid/tool_shape.h>
@@ -17,7 +18,6 @@ struct HalfSpace {
 
   void check(ToolCheck&) const {}
   double reach_mm() const { return std::numeric_limits<double>::infinity(); }
-  FlatFaces flat_faces() const { return {1, std::numeric_limits<double>::infinity()}; }
   void add_parts(SweptParts& parts) const {
     const Vec3 everywhere = Vec3::Constant(std::numeric_limits<double>::infinity());
     ConvexBody body;

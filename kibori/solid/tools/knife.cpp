@@ -9,7 +9,8 @@ void Knife::add_parts(SweptParts& parts) const {
   ConvexBody body;
   for (const double x : {1.0, -1.0})
     for (const double y : {1.0, -1.0}) {
-      // The height above the edge times the sine of its half angle, minus the distance to the side.
+      // A side of the edge: up * sin - side * cos >= 0, with the half angle of the edge. `up` is
+      // the direction in the blade that is perpendicular to the edge.
       const Vec3 up(-x * point.cos, 0, point.sin);
       body.add_plane(edge.sin * up - y * edge.cos * Vec3::UnitY(), 0);
     }

@@ -26,7 +26,6 @@ struct Knife {
     checks.between("point_deg", point_deg, 5, 150);
   }
   double reach_mm() const { return length / half_angle(point_deg).cos; }
-  FlatFaces flat_faces() const { return {}; }
   void add_parts(SweptParts& parts) const;
 };
 

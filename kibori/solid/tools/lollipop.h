@@ -31,7 +31,6 @@ struct Lollipop {
     checks.require(length >= reach, "length must be at least reach");
   }
   double reach_mm() const { return std::hypot(length, std::max(shank, radius)); }
-  FlatFaces flat_faces() const { return {}; }
   void add_parts(SweptParts& parts) const {
     parts.ball(radius);
     // The neck starts within the head, so that no ray finds a gap between the two.

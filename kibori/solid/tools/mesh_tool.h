@@ -24,7 +24,6 @@ struct MeshTool {
     for (const Vec3& p : mesh->vertices) farthest = std::fmax(farthest, p.norm());
     return farthest;
   }
-  FlatFaces flat_faces() const { return {1, std::numeric_limits<double>::infinity()}; }
   void add_parts(SweptParts& parts) const { parts.mesh(mesh); }
 };
 

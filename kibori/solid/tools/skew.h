@@ -24,7 +24,6 @@ struct Skew {
 
   void check(ToolCheck& checks) const;
   double reach_mm() const { return Vec3(thickness / 2, width, length).norm(); }
-  FlatFaces flat_faces() const { return {}; }
   void add_parts(SweptParts& parts) const;
 };
 

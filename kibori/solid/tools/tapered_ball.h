@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The tapered ball nose: the hull of a ball, a cone that touches it all round, and a cylinder.
+// The tapered ball nose: a ball, a cone whose side touches the ball in a circle, and a cylinder.
 #pragma once
 
 #include <kibori/solid/tool_shape.h>
@@ -28,7 +28,6 @@ struct TaperedBall {
     checks.require(length >= 2 * ball, "length must be at least twice the ball's radius");
   }
   double reach_mm() const { return std::hypot(length, radius); }
-  FlatFaces flat_faces() const { return {}; }
   void add_parts(SweptParts& parts) const {
     const SinCos half = half_angle(angle_deg);
     // Heights of three places:

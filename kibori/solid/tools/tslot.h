@@ -32,7 +32,6 @@ struct TSlot {
     checks.require(length >= reach, "length must be at least reach");
   }
   double reach_mm() const { return std::hypot(length, std::max(shank, radius)); }
-  FlatFaces flat_faces() const { return {1, 2 * radius}; }
   void add_parts(SweptParts& parts) const {
     parts.cylinder(radius, 0, height);
     // The neck starts within the head, so that no ray finds a gap between the two.

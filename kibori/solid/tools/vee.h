@@ -23,7 +23,6 @@ struct Vee {
 
   void check(ToolCheck& checks) const { checks.between("angle_deg", angle_deg, 1, 175); }
   double reach_mm() const { return Vec3(thickness / 2, width / 2, length).norm(); }
-  FlatFaces flat_faces() const { return {}; }
   void add_parts(SweptParts& parts) const {
     parts.wedge_blade(0, angle_deg, thickness, width, length);
   }

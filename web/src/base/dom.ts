@@ -31,7 +31,7 @@ export function announce(text: string): void {
   announcement = window.setTimeout(() => put("announced", text), 300);
 }
 
-const READ_EVERY_MS = 200; // 5 Hz, the fastest rate at which an eye can follow a number
+const READ_EVERY_MS = 200; // 5 Hz; an eye cannot follow a number that changes faster
 const numbers = new Map<string, string>();
 let timer = 0;
 /**

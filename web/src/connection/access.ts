@@ -2,7 +2,13 @@
 // The key to the studio. The printed address contains a token, which the page exchanges once for
 // the key. The browser keeps the key for this origin, port included, so that other windows and
 // reloads can use it. The key is useless after the studio ends.
+//
+// A device of the network has no key. It has a session cookie, which the browser sends by itself.
 import { t } from "../base/texts";
+
+/** True if the studio serves this page to a device of the network. */
+export const overNetwork = location.protocol === "https:";
+
 const KEPT = "kibori-key";
 
 let given = ""; // used if the browser has no storage

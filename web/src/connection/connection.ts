@@ -2,7 +2,7 @@
 // The WebSocket connection to the studio. After a break it reconnects by itself for a minute. After
 // that it reconnects only when the user asks.
 import { t } from "../base/texts";
-import { entered, key, whyRefused } from "./access";
+import { entered, key, overNetwork, whyRefused } from "./access";
 import { read, write, PROTOCOL_VERSION, type FromStudio } from "./messages";
 
 const FIRST_WAIT_MS = 250,
@@ -84,7 +84,7 @@ export class Connection {
       this.socket.onclose = null;
       this.socket.close();
     }
-    const socket = new WebSocket(`ws://${location.host}/ws`);
+    const socket = new WebSocket(`${overNetwork ? "wss" : "ws"}://${location.host}/ws`);
     socket.binaryType = "arraybuffer";
     socket.onopen = () => socket.send(write.Hello({ version: PROTOCOL_VERSION, key: key() }));
     socket.onmessage = (event) => {
@@ -102,6 +102,8 @@ export class Connection {
   private closed(code: number): void {
     const now = performance.now();
     this.lostAt ||= now;
+    // The studio was restarted, and asks this device to pair again.
+    if (code === REFUSED && overNetwork) return location.reload();
     if (code === REFUSED) return this.lost({ text: whyRefused(), trying: false });
     if (code === TOO_MANY) return this.lost({ text: FULL, trying: false });
     if (now - this.lostAt > TRIES_MS) return this.lost({ text: GONE, trying: false });

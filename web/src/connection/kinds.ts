@@ -24,27 +24,39 @@ export type Tool =
   | { shape: "lollipop"; radius: number; neck: number; reach: number; shank: number; length: number }
   | { shape: "tslot"; radius: number; height: number; neck: number; reach: number; shank: number; length: number };
 
-/** What a tool does (kibori/motion/tool_tick.h). */
-export const MODES = ["cut", "deposit", "touch", "off", "smooth", "rasp", "fill", "inflate", "flatten", "crease", "paint", "grab", "nudge", "twist", "bend", "pinch", "scale", "node", "press", "throw", "turn", "trim", "build"] as const;
+/** What a tool does (kibori/motion/mode.h). */
+export const MODES = ["cut", "deposit", "touch", "off", "smooth", "rasp", "fill", "inflate", "flatten", "crease", "paint", "grab", "nudge", "twist", "bend", "pinch", "scale", "node", "press", "throw", "turn", "trim", "build", "snake_hook", "grab_connected", "mask"] as const;
 export type Mode = (typeof MODES)[number];
 
 /** How motion becomes force (kibori/haptics/force.h). */
 export const MODELS = ["series", "energy", "paper"] as const;
 export type Model = (typeof MODELS)[number];
 
-/** A sentence on each. */
+/** The textures of brushes (kibori/reshape/alpha.h). */
+export const ALPHAS = ["none", "scales", "bark", "hatching", "leather", "cracks", "pores", "weave", "knit", "hammered", "fur", "ripples", "studs", "picture"] as const;
+export type Alpha = (typeof ALPHAS)[number];
+
+/** What the mode mask does (kibori/reshape/brush.h). */
+export const MASK_VERBS = ["paint", "invert", "blur", "cavity", "height", "material"] as const;
+export type MaskVerb = (typeof MASK_VERBS)[number];
+
+/** What the pressure of a pen changes (kibori/reshape/brush.h). */
+export const PRESSURE_USES = ["none", "size", "strength", "both"] as const;
+export type PressureUse = (typeof PRESSURE_USES)[number];
+
+/** One sentence for each force model. */
 export const MODEL_NOTES: Record<Model, string> = {
   series:
-    "Series: what a hand feels that pushes the tool by a spring, F = k (hand − tool); it grows until the wood gives way, and stays while the hand rests.",
+    "Series: a spring pulls the tool to the hand, F = k (hand − tool). The force grows until the wood gives way, and stays while the hand rests.",
   energy:
-    "Energy: what the cut costs, F = u × volume removed / way, against the motion; the same for any grid, rate and speed, and nothing at rest.",
+    "Energy: the force of the cut by the material's law and the removed volume, against the motion. It does not depend on the lattice or the rate, and it is zero at rest.",
   paper:
-    "Paper: what vanishes, F = kf × grid points within a tick, against the motion; more at speed, uneven where they are few, and nothing at rest.",
+    "Paper: F = kf × lattice points removed in a tick, against the motion. It grows with the speed, is uneven where the points are few, and is zero at rest.",
 };
 
-/** The files that can be brought, as <input accept> has them: those that become bodies, and all. */
+/** The endings of files that can become bodies, for <input accept>, and of all files that can be imported. */
 export const MESHES = ".stl, .ply, .obj, .off, .3mf, .glb, .gltf";
-export const IMPORTS = `${MESHES}, .png, .nrrd, .kibori`;
+export const IMPORTS = `${MESHES}, .png, .nrrd, .kibori, .nc, .ngc, .gcode, .tap, .cnc, .ncc, .gc, .g, .gz, .canon, .tbl, .toml, .camotics`;
 
-/** Materials of one document, at most. */
+/** The maximum number of materials in a document. */
 export const MAX_MATERIALS = 64;

@@ -4,14 +4,14 @@ import type { Vec3 } from "../base/vec3";
 import type { Mode, Model, Tool } from "./kinds";
 import { Reader, Writer } from "./wire";
 
-export const PROTOCOL_VERSION = 20;
+export const PROTOCOL_VERSION = 24;
 
 /** The first message of a page, with the key that POST /enter gave for the token. Welcome or Start answers. A wrong key closes the connection with code 1008. */
 export interface Hello { version: number; key: string }
-/** The wanted position of the tool's tip [mm], and its axis from the tip up. The time [s] is that of the pointer's event on the page's clock. After Press the tool follows these positions one after another, at their times. */
-export interface Aim { tip: Vec3; axis: Vec3; time: number }
-/** Begins a stroke at `tip`. The tool backs out from there along its axis until it is clear of material, and comes in again. time: as in Aim. */
-export interface Press { tip: Vec3; axis: Vec3; mode: Mode; time: number }
+/** The wanted position of the tool's tip [mm], and its axis from the tip up. The time [s] is that of the pointer's event on the page's clock. After Press the tool follows these positions one after another, at their times. pressure: of a pen, 1 for any other hand; see ChooseBrush. */
+export interface Aim { tip: Vec3; axis: Vec3; time: number; pressure: number }
+/** Begins a stroke at `tip`. From there, the tool backs out along its axis until it is clear of material, and then goes in again. time and pressure: as in Aim. */
+export interface Press { tip: Vec3; axis: Vec3; mode: Mode; time: number; pressure: number }
 /** Ends the stroke after the tool has followed all aims. */
 export type Lift = Record<string, never>;
 /** Discards the current stroke. */
@@ -28,7 +28,7 @@ export interface ChooseHand { strength: number; stiffness: number; powered: numb
 export interface Got { frame: number }
 /** This page wants to hold the tool. The other pages then watch. */
 export type TakeTool = Record<string, never>;
-/** Makes a new document if none is open. shape: 0 block, 1 log, 2 ball. size [mm]: of its box; x is the diameter of the log and the ball, and z is the log's length. pitch [mm]. material: an index of Start's materials. An empty name: the time. */
+/** Makes a new document if none is open. shape: 0 block, 1 log, 2 ball. size [mm]: of its box; x is the diameter of the log and the ball, and z is the log's length. pitch [mm]. material: an index of Start's materials. If the name is empty, the time becomes the name. */
 export interface Begin { shape: number; size: Vec3; pitch: number; material: number; name: string }
 /** Opens one of Start's documents if none is open. */
 export interface Open { name: string }
@@ -48,107 +48,125 @@ export interface ChooseModel { model: Model }
 export type CancelWork = Record<string, never>;
 /** Carves one of Start's examples as a new document if none is open. */
 export interface CarveExample { name: string }
-/** Repeats everything that the tool does about the lattice's middle. planes: mirror planes (bits 1 normal to x, 2 to y, 4 to z). fold: the number of repetitions about the axis (0 x, 1 y, 2 z) in equal parts of a turn; 1: no repetition. */
+/** Repeats everything that the tool does, symmetrically about the middle of the lattice. planes: mirror planes (bits 1 normal to x, 2 to y, 4 to z). fold: the number of repetitions about the axis (0 x, 1 y, 2 z) in equal parts of a turn; 1: no repetition. */
 export interface ChooseSymmetry { planes: number; fold: number; axis: number }
-/** What a force device's tool does. */
+/** Chooses what a force device's tool does. */
 export interface ChooseWork { mode: Mode }
 /** Lets a force device push (1) or not (0). */
 export interface Arm { armed: number }
-/** Moves a force device's tool to this position [mm], independent of the hand. */
+/** Moves a force device's tool to this position [mm], while the hand stays in place. */
 export interface BringTool { tip: Vec3 }
-/** The tool's distance per mm of a force device's hand. */
+/** The distance that the tool moves per mm of a force device's hand. */
 export interface ChooseReach { scale: number }
-/** Carves a scene (TOML, without files) for watching if nothing is open. Trace follows. model: its name, or empty for the scene's own. pace: 1 the scene's own time, 4 four times as fast, 0 as fast as possible. */
+/** If nothing is open: carves a scene (TOML that names no files), for the user to watch. Trace follows. model: its name, or empty for the scene's own. pace: 1 the scene's own time, 4 four times as fast, 0 as fast as possible. */
 export interface RunExperiment { name: string; scene: string; model: string; pace: number }
-/** The tool's rotation about its own axis from the next position on [rad]. */
+/** The tool's rotation about its own axis [rad], from the next position on. */
 export interface ChooseTurn { turn: number }
-/** A blow of a mallet (3 J) on the cutting tool, which drives it on along its aim. */
+/** A mallet hits the cutting tool with an energy of 3 J. This drives the tool along its aim. */
 export type Strike = Record<string, never>;
-/** The brush of reshaping modes from the next stroke on. radius [mm]. strength: negative only for inflate. falloff: 0 smooth, 1 linear, 2 constant. keep: 1 if smoothing and grabbing keep the volume. red, green, blue: the colour of paint. plane: the plane for flatten; 0 under the stroke's beginning, 1 under each dab, 2 through the point [mm] with that normal. wall: the distance of a second finger across a thrown wall [mm]; 0: there is none. */
-export interface ChooseBrush { radius: number; strength: number; falloff: number; keep: number; red: number; green: number; blue: number; plane: number; point: Vec3; normal: Vec3; wall: number }
-/** Asks for the rays of one field (axis 0 x, 1 y, 2 z) near a position [mm]. They are in the cube with half side `radius`, every `every`-th ray in both directions. Method answers once, at least 33 ms after the last answer. A newer question replaces a waiting one. */
+/** The brush of reshaping modes from the next stroke on. radius [mm]. strength: negative only for inflate, crease, pinch and mask. falloff: 0 smooth, 1 linear, 2 constant. keep: 1 if smoothing and grabbing keep the volume. red, green, blue: the colour of paint. plane: the plane for flatten, trim and build; 0 the plane under the stroke's beginning, 1 that under each dab, 2 the plane through `point` [mm] with `normal`. wall: for throw, the distance to a second finger on the other side of the wall [mm]; 0: there is no second finger. mask: what the mode mask does: 0 paint, 1 invert, 2 blur, 3 cavity, 4 height, 5 material. mask_material: the number of a material for 5. alpha: the texture of the brush, as an index in the list ALPHAS of kinds.ts; `picture` is that of ChooseTexture, or none without one. pressure: what the pressure of a pen changes: 0 nothing, 1 the size, 2 the strength, 3 both. */
+export interface ChooseBrush { radius: number; strength: number; falloff: number; keep: number; red: number; green: number; blue: number; plane: number; point: Vec3; normal: Vec3; wall: number; mask: number; mask_material: number; alpha: number; pressure: number }
+/** Asks for the rays of one field (axis 0 x, 1 y, 2 z) near a position [mm]. The rays are in a cube with half side `radius`. every: 1 for all of these rays, n for every n-th in both directions. Method answers once, at least 33 ms after the last answer. A newer question replaces one that waits. */
 export interface AskMethod { axis: number; centre: Vec3; radius: number; every: number }
 /** Runs an action on bodies as a step, in the form of documents: {"verb":"join","bodies":[1,2]}. */
 export interface ActOnBodies { action: string }
 /** Makes a body the active one, which strokes change. */
 export interface ChooseBody { body: number }
-/** What happens to pieces that a stroke severs: 0 those under a tenth fall away and larger ones become bodies, 1 they stay, 2 they fall away, 3 they become bodies. */
+/** The rule for pieces that a stroke cuts off. 0: a piece below a tenth of the piece that it came from falls away, and a larger one becomes a body. 1: all stay. 2: all fall away. 3: all become bodies. */
 export interface ChooseCrumbs { rule: number }
-/** Whether the active body's colours show the distance of its surface from the protected region. Remains reports the numbers. */
+/** Switches colours on (1) or off (0) that show the distance of the active body's surface from the protected region. Remains reports the numbers. */
 export interface ShowRemains { shown: number }
 /** Shows the result of an action without a step. Text as in ActOnBodies, or empty to end the preview. Previewed answers. */
 export interface PreviewAction { action: string }
-/** Replaces the action of a step on the path to head. Text as in ActOnBodies. A new step is made next to the old one, and the steps up to head are repeated after it. */
+/** Replaces the action of an earlier step on the path to the step `head`. Text as in ActOnBodies. It makes a new step next to the old one, and repeats the later steps up to `head` after it. */
 export interface ReviseStep { step: number; head: number; action: string }
-/** The second hand's tool, and its mode while it is pressed: cut, deposit or touch; off: there is no second hand. Its pointer's strokes use ChooseGuide's guide and string. lead, entry, lift: as there, for this tool. */
+/** The second hand's tool, and its mode while it is pressed: cut, deposit or touch; off: there is no second hand. Its strokes use the guide and the string of ChooseGuide. lead, entry, lift: as in ChooseGuide, but for this tool. */
 export interface ChooseSecond { tool: Tool | null; mode: Mode; lead: number; entry: number; lift: number }
-/** Presses the second hand's tool at `tip`, as in Press. While the first hand works, it joins that stroke. time: as in Aim. */
+/** Presses the second hand's tool at `tip`, as in Press. While the first hand works, the second hand joins its stroke. time: as in Aim. */
 export interface PressSecond { tip: Vec3; axis: Vec3; time: number }
 /** The wanted pose of the second hand's tool, as in Aim. */
 export interface AimSecond { tip: Vec3; axis: Vec3; time: number }
 /** Lifts the second hand after its tool has followed all aims. */
 export type LiftSecond = Record<string, never>;
-/** How the pointer's strokes behave from the next one on. guide: 0 none; 1 a straight line, whose direction is a multiple of snap [degrees] (0: any); 2 a circle about the centre [mm]; 3 the curve through these points (three f64 each [mm]), closed or not. steady: the length of the string that pulls the tool behind the hand [mm]. lead: the tool's local x axis turns to its path, and it goes in and comes out over `entry` [mm], from `lift` [mm] above. stamp: the tool is pressed in from `lift` above where the stroke begins, or every `every` mm along its path if that is not 0. */
+/** How the pointer's strokes behave, from the next stroke on. guide: 0 none; 1 a straight line, whose direction is a multiple of snap [degrees] (0: any); 2 a circle about the centre [mm]; 3 the curve through these points (three f64 each [mm]), closed or not. steady: the length of the string that pulls the tool behind the hand [mm]. lead: the tool's local x axis turns to its path; it starts `lift` [mm] above the wood, goes in over `entry` [mm] of path, and comes out in the same way. stamp: the tool is pressed in from `lift` above the wood: once where the stroke begins, or every `every` mm along its path if `every` is not 0. */
 export interface ChooseGuide { guide: number; snap: number; centre: Vec3; closed: number; steady: number; lead: number; entry: number; lift: number; stamp: number; every: number; curve: Uint8Array }
-/** Asks for the weight of the active body. Mass answers. */
+/** Asks for the mass of the active body. Mass answers. */
 export type AskMass = Record<string, never>;
-/** Chooses a stamp. what: 0 letters: `text` in a `font` (a family), `size` [mm] the height of a capital H, `depth` their length; 1 a picture (PNG) as a relief, `size` wide, with white `depth` deeper than black, or black deeper if inverted; 2 a mesh, whose longer side is `size`. name: the file's name. data: its bytes. ShowStamp reports the result. */
+/** Chooses a stamp. what: 0 letters, 1 a picture, 2 a mesh. Letters: `text` in a `font` (a family); `size` is the height of a capital H, and `depth` the length of the letters [mm]. A picture (PNG) is a relief of width `size`; white is `depth` deeper than black, or black if `invert` is 1. A mesh: its longer horizontal side is `size`. name: the file's name. data: its bytes. ShowStamp reports the result. */
 export interface ChooseStamp { what: number; text: string; font: string; size: number; depth: number; invert: number; name: string; data: Uint8Array }
 /** Asks for the fonts installed on the studio's machine. Fonts answers. */
 export type AskFonts = Record<string, never>;
-/** Whether the active body's colours show printing faults (1; this replaces ShowRemains): walls thinner than `wall` [mm], faces that look down and lean from upright by more than `overhang` [degrees], loose pieces. PrintFaults reports the numbers. */
+/** Switches colours on (1) or off (0) that show printing faults of the active body. They replace those of ShowRemains. The faults are walls thinner than `wall` [mm], faces that look down and lean from upright by more than `overhang` [degrees], loose pieces. PrintFaults reports the numbers. */
 export interface ShowFaults { shown: number; wall: number; overhang: number }
-/** A document is open. It has a lattice (lower corner [mm], nodes, pitch [mm]) and the servo's rate [Hz]. Then follow the document's name, its materials (JSON: name, color, rings: their contrast, 0 to 1), and the index of its stock's material. page: the page's id in HTTP requests. what: 0 carved, 1 open read-only, 2 an experiment. Everything shown before belongs to another document. */
+/** Carves a document of the library again with another pitch [mm], into a new document, and opens that. No document may be open. */
+export interface ChangeDetail { document: string; pitch: number }
+/** Plays the milling job, or pauses it. speed: seconds of the machine per second; 0: as fast as possible. stops: 1 if it stops at collisions. */
+export interface PlayProgram { playing: number; speed: number; stops: number }
+/** Goes to a time of the milling job [s], at most to what is computed. */
+export interface SeekProgram { time: number }
+/** Goes to the end of the next line that moves (forward 1), or to the begin of the current line (0). */
+export interface StepProgram { forward: number }
+/** Goes to the end of a line's first execution. program: its index in Playback. line: from 1. It waits until the line is computed. */
+export interface GoToLine { program: number; line: number }
+/** Runs the milling job into a new document, and opens that. If the name is empty, the job's name is used. */
+export interface KeepProgram { name: string }
+/** The picture (PNG, at most 1024 pixels on a side) for the texture `picture` of brushes. Black has no effect, white the full effect. name: the file's name, for messages. */
+export interface ChooseTexture { name: string; data: Uint8Array }
+/** A document is open. origin, nodes, pitch: the base of its lattice, with the lower corner and the pitch in mm. The lattice may have grown beyond it. rate: of the servo [Hz]. document: its name. materials: JSON (name, color, rings: their contrast, 0 to 1). material: the index of the stock's material. page: the page's id in HTTP requests. what: 0 carved, 1 open read-only, 2 an experiment, 3 a milling job that is played back. The page must drop what it showed before. */
 export interface Welcome { version: number; origin: Vec3; nodes: Vec3; pitch: number; rate: number; document: string; materials: string; material: number; page: string; what: number }
-/** The changed surface of one body. The page answers Got. Each chunk: position x y z (u16), numbers of vertices and triangles (u32), whether any vertex is painted (u16), vertices, corners (u16 each). If painted, a colour per vertex follows: red, green, blue, 255 if painted else 0 (u8 each). A vertex: x y z (u16, 1/2048 pitch from 16 position - 1), normal (3 x i8, 1/127), material (u8). */
+/** The changed surface of one body. The page answers Got. Each chunk: position x y z (i16), numbers of vertices and triangles (u32), a flag (u16; 1: a vertex is painted or masked), vertices, corners (u16 each). If the flag is 1, a colour per vertex follows: red, green, blue, and 255 - m if painted, else m, with the mask m from 0 to 127 (u8 each). A vertex: x y z (u16 each, in 1/2048 of the pitch), normal (3 x i8, 1/127), material (u8). Its coordinates begin 16 position - 1 cells after the lattice's origin. */
 export interface Chunks { frame: number; more: number; body: number; data: Uint8Array }
-/** Every servo tick since the last message, fifteen f32 each: tip [mm], force of the wood on the tool [N], moment about the tip [N mm]; the third (axis) and first column of the tool's frame. start: the number of the first. */
+/** Every servo tick since the last message, fifteen f32 each. A page with too many unread bytes misses messages. A tick has: tip [mm], force of the wood on the tool [N], moment about the tip [N mm]; the third (axis) and first column of the tool's frame. start: the number of the first. */
 export interface Ticks { start: number; data: Uint8Array }
-/** Volume [mm^3], the stock's volume minus it [mm^3], and the current step. holds: whether this page holds the tool. blocked: whether the pressed tool is inside material and cannot back out. pending: how much of a brush's stroke is not in the model yet, as time of the hand's motion [s]. For a force device: safety (0 off, 1 waits for the hand to be still, 2 pushes), why it is off, and its force [N]. */
+/** volume: of the bodies [mm^3]. removed: the stock's volume minus this [mm^3]. step: the current one. holds: 1 if this page holds the tool. blocked: 1 if the pressed tool is inside material and cannot back out. pending: the part of a brush's stroke that is not in the model yet, as the time that the hand took for it [s]. For a force device: safety (0 off, 1 waits until the computed force is small, 2 on), trip (why it is off), given (its force [N]). */
 export interface State { volume: number; removed: number; step: number; steps: number; undo: number; redo: number; holds: number; blocked: number; pending: number; hash: string; safety: number; trip: string; given: number }
 /** A sentence for the user. */
 export interface Notice { text: string }
 /** No document is open. JSON: documents (name, changed: s since 1970, bytes), materials (as in Welcome), examples (name, about). */
 export interface Start { version: number; holds: number; json: string }
-/** The steps that this page does not have yet, in the order of their numbers. Each has its number and its parent's or 0 (u32 each), and the removed volume [mm^3] (f32). Then the time of its beginning [s since 1970] (f64; 0: unknown), the tool (text, as JSON; null: none), mode (u8; off: the tool only moved), whether a thumbnail is stored (u8), label (text). */
+/** The steps that this page does not have yet, in the order of their numbers. Each has its number and its parent's or 0 (u32 each), and the removed volume [mm^3] (f32). Then the time of its beginning [s since 1970] (f64; 0: unknown), the tool (text, as JSON; null: none), mode (u8; off: the tool only moved), 1 if a thumbnail is stored, else 0 (u8), label (text). */
 export interface Steps { data: Uint8Array }
 /** JSON: the step number of each name. */
 export interface Versions { json: string }
-/** The running job that may take long. Empty: none. share: its progress, 0 to 1; below 0: unknown. */
+/** A job that may take long is running. what: its name for the user; empty: no job runs. share: its progress, 0 to 1; below 0: unknown. */
 export interface Work { what: string; share: number; cancellable: number }
 /** The force device that holds the tool. Sent after Welcome, and when its reach or the hand changes: its name, max force [N] (0: none), rendered stiffness and max stiffness [N/mm, at the hand], the reach, and the share of the wood's force at the hand. */
 export interface Device { name: string; force: number; stiffness: number; max: number; scale: number; share: number }
-/** The result of an experiment. JSON: run (a unique number), name, model, finished, ticks, removed_mm3, mean_force_N (over ticks with a force), max_force_N, max_moment_Nmm, step_us, marks (label, time_s). Rows: time [s], force [N], moment [N mm], seven f32. At most 100 000 rows, those with the largest force. */
+/** The result of an experiment. JSON: run (a unique number), name, model, finished, ticks, removed_mm3, mean_force_N (over ticks with a force), max_force_N, max_moment_Nmm, step_us, marks (label, time_s). data: at most 100 000 rows of seven f32: time [s], force [N], moment [N mm]. If there are more ticks, each row is the one with the largest force of several successive ticks. */
 export interface Trace { json: string; data: Uint8Array }
-/** The current tool, of an experiment or of the page that holds it. */
+/** The current tool: that of an experiment, or that of the page that holds the tool. */
 export interface ShowTool { tool: Tool | null }
-/** Answers AskMethod from the newest snapshot. The rays are u, u + every, ... (columns of them) by v, v + every, ... (rows of them) of the field, at most 32 in each direction. If there would be more, every is larger than requested. spans: for each ray, u first, the number of spans (u8, the first 16), and the ends in and out of each (f32). The spans are between the depths low and high [lattice units]. vanished: nodes x y z (u16 each) between these depths that were in the material at this page's last answer and are not now. They are on these rays and on rays between them, four times as many in each direction or all. If there are more than 2048, the list is evenly chosen. gone: their number. For the newest tick that removed or added points: points (K, of the whole model), volume (removed [mm^3]), motion (of the tool's tip [mm]), force (of the wood on the tool [N]). ticks: the number of ticks since the last answer. taken: the sum of their K. */
+/** Answers AskMethod from the newest snapshot. The rays are u, u + every, ... (columns of them) by v, v + every, ... (rows of them) of the field, at most 32 in each direction. If there would be more, every is larger than requested. spans: for each ray the number of spans (u8, at most 16), and the ends in and out of each span (f32). u changes fastest from ray to ray. Only spans between the depths low and high [lattice units] are listed. vanished: nodes x y z (i16 each) between these depths that were in the material at this page's last answer and are not now. They are on these rays and on rays between them: on four times as many rays in each direction, or on all rays if there are fewer. The list has at most 2048 nodes, evenly chosen. gone: the number of all. For the newest tick that removed or added points: points (K: their number in the whole model), volume (removed [mm^3]), motion (of the tool's tip [mm]), force (of the wood on the tool [N]). ticks: the number of ticks since the last answer. taken: the sum of their K. */
 export interface Method { axis: number; every: number; u: number; v: number; columns: number; rows: number; low: number; high: number; gone: number; points: number; volume: number; motion: Vec3; force: Vec3; ticks: number; taken: number; spans: Uint8Array; vanished: Uint8Array }
 /** All bodies, and the active one. JSON: id, name, pose (of the body's lattice in the world: its origin [mm], then the columns of its frame), visible, locked, no_go, volume_mm3. Chunks of a body that is gone, hidden or moved are invalid. Chunks of a newly shown body follow. */
 export interface Bodies { active: number; json: string }
-/** The numbers for ShowRemains: max and mean distance [mm] of the active body's surface from the protected region; the body's volume outside that region [mm^3]; the distance of the last colour [mm]. A scale of 0: there is no protected region, and no colours are shown. */
+/** The numbers for ShowRemains. max, mean: distances [mm] of the active body's surface from the protected region. volume: of the body outside that region [mm^3]. scale: the distance of the last colour [mm]; 0: there is no protected region, and no colours are shown. */
 export interface Remains { max: number; mean: number; volume: number; scale: number }
-/** Answers PreviewAction: an error, or empty. forces, for a spline: JSON, for each control point the force [N] on the hand that moved it since the last preview, as in soft clay. */
+/** Answers PreviewAction. error: a sentence, or empty. forces: JSON; for a spline, a force [N] for each control point. It is the force of soft clay on a finger that moved the point there from the last preview. */
 export interface Previewed { error: string; forces: string }
 /** The second hand's tool at the newest tick: tip [mm], the third (axis) and first column of its frame, and the force of the wood on it [N]. there: 0 if there is no second hand. */
 export interface SecondHand { there: number; tool: Tool | null; tip: Vec3; axis: Vec3; side: Vec3; force: Vec3 }
-/** Answers AskMass: the body, its volume [mm^3], its mass [g] (0: the density of one of its materials is unknown), and its centre of gravity [mm] in the world. */
-export interface Mass { body: number; volume: number; mass: number; centre: Vec3 }
+/** Answers AskMass: the body, its volume [mm^3], its mass [g] (0: the density of one of its materials is unknown), its centre of gravity [mm] in the world, and the memory of all bodies [bytes]. */
+export interface Mass { body: number; volume: number; mass: number; centre: Vec3; memory: number }
 /** The triangles of the current stamp in its own frame [mm], with the tip at the origin: vertices (three f32 each) and triangles of their indices (three u32 each). */
 export interface ShowStamp { vertices: Uint8Array; triangles: Uint8Array }
 /** Answers AskFonts. JSON: the families in alphabetical order. */
 export interface Fonts { json: string }
-/** The numbers for ShowFaults. overhang, thin: areas of overhanging and of thin walls; area: of the whole surface [mm^2]. thinnest: thickness of the thinnest wall [mm], 0 without one. pieces: their number; all but the largest are loose. */
+/** The numbers for ShowFaults. overhang, thin: areas of overhanging and of thin walls; area: of the whole surface [mm^2]. thinnest: thickness of the thinnest wall [mm], 0 without one. pieces: the number of pieces; all but the largest are loose. */
 export interface PrintFaults { overhang: number; thin: number; area: number; thinnest: number; pieces: number }
-/** The first message at --publish HOST:PORT, sent again when another document is opened. Readers send nothing. JSON: a description of the rows of PublishedTicks, row_bytes, and their columns (name, type, offset in bytes, count). */
+/** The milling job. JSON: programs (name, lines), collisions (kind, program, line, tool, time: its end [s], volume_mm3), warnings and error (sentences). Sent after Welcome, and when it changes. */
+export interface Playback { json: string }
+/** The moment of a milling job that is shown. time: of the job [s]. computed: the job is computed up to here [s]; done: 1 if all of it is. share: progress of computing, 0 to 1. playing, speed, stops: as in PlayProgram. program, line: as in GoToLine; line 0: before the first move. tool: its number; 0: none. rapid: 1 if it is a rapid move. force [N], power [W]: largest of the move; 0: unknown. stopped: the index of the collision at which it stopped; -1: none. */
+export interface Played { time: number; computed: number; done: number; share: number; playing: number; speed: number; stops: number; program: number; line: number; tool: number; rapid: number; force: number; power: number; stopped: number }
+/** The first message at --publish HOST:PORT, sent again when another document is opened. Readers send nothing. The JSON describes the rows of PublishedTicks: their size (row_bytes) and their columns (name, type, offset in bytes, count). */
 export interface PublishedAbout { version: number; json: string }
 /** Every servo tick since the last such message: rows of PublishedAbout's row_bytes, one per hand. */
 export interface PublishedTicks { rows: Uint8Array }
 
 export const write = {
   Hello: (m: Hello) => new Writer(1).u16(m.version).text(m.key).done(),
-  Aim: (m: Aim) => new Writer(2).vec3(m.tip).vec3(m.axis).f64(m.time).done(),
-  Press: (m: Press) => new Writer(3).vec3(m.tip).vec3(m.axis).mode(m.mode).f64(m.time).done(),
+  Aim: (m: Aim) => new Writer(2).vec3(m.tip).vec3(m.axis).f64(m.time).f64(m.pressure).done(),
+  Press: (m: Press) => new Writer(3).vec3(m.tip).vec3(m.axis).mode(m.mode).f64(m.time).f64(m.pressure).done(),
   Lift: () => new Writer(4).done(),
   Cancel: () => new Writer(5).done(),
   Undo: () => new Writer(6).done(),
@@ -175,7 +193,7 @@ export const write = {
   RunExperiment: (m: RunExperiment) => new Writer(27).text(m.name).text(m.scene).text(m.model).f64(m.pace).done(),
   ChooseTurn: (m: ChooseTurn) => new Writer(28).f64(m.turn).done(),
   Strike: () => new Writer(29).done(),
-  ChooseBrush: (m: ChooseBrush) => new Writer(30).f64(m.radius).f64(m.strength).u8(m.falloff).u8(m.keep).u8(m.red).u8(m.green).u8(m.blue).u8(m.plane).vec3(m.point).vec3(m.normal).f64(m.wall).done(),
+  ChooseBrush: (m: ChooseBrush) => new Writer(30).f64(m.radius).f64(m.strength).u8(m.falloff).u8(m.keep).u8(m.red).u8(m.green).u8(m.blue).u8(m.plane).vec3(m.point).vec3(m.normal).f64(m.wall).u8(m.mask).u8(m.mask_material).u8(m.alpha).u8(m.pressure).done(),
   AskMethod: (m: AskMethod) => new Writer(31).u8(m.axis).vec3(m.centre).f64(m.radius).u8(m.every).done(),
   ActOnBodies: (m: ActOnBodies) => new Writer(32).text(m.action).done(),
   ChooseBody: (m: ChooseBody) => new Writer(33).u32(m.body).done(),
@@ -192,6 +210,13 @@ export const write = {
   ChooseStamp: (m: ChooseStamp) => new Writer(44).u8(m.what).text(m.text).text(m.font).f64(m.size).f64(m.depth).u8(m.invert).text(m.name).raw(m.data).done(),
   AskFonts: () => new Writer(45).done(),
   ShowFaults: (m: ShowFaults) => new Writer(46).u8(m.shown).f64(m.wall).f64(m.overhang).done(),
+  ChangeDetail: (m: ChangeDetail) => new Writer(47).text(m.document).f64(m.pitch).done(),
+  PlayProgram: (m: PlayProgram) => new Writer(48).u8(m.playing).f64(m.speed).u8(m.stops).done(),
+  SeekProgram: (m: SeekProgram) => new Writer(49).f64(m.time).done(),
+  StepProgram: (m: StepProgram) => new Writer(50).u8(m.forward).done(),
+  GoToLine: (m: GoToLine) => new Writer(51).u32(m.program).u32(m.line).done(),
+  KeepProgram: (m: KeepProgram) => new Writer(52).text(m.name).done(),
+  ChooseTexture: (m: ChooseTexture) => new Writer(53).text(m.name).raw(m.data).done(),
 };
 
 /** The messages that the studio may send. */
@@ -216,7 +241,9 @@ export type FromStudio =
   | { kind: "Mass"; message: Mass }
   | { kind: "ShowStamp"; message: ShowStamp }
   | { kind: "Fonts"; message: Fonts }
-  | { kind: "PrintFaults"; message: PrintFaults };
+  | { kind: "PrintFaults"; message: PrintFaults }
+  | { kind: "Playback"; message: Playback }
+  | { kind: "Played"; message: Played };
 
 /** Throws if the data is not one of these messages, or has the wrong length. */
 export function read(data: ArrayBuffer): FromStudio {
@@ -248,7 +275,7 @@ export function read(data: ArrayBuffer): FromStudio {
     case 75:
       return r.end({ kind: "ShowTool", message: { tool: r.tool() } });
     case 76:
-      return r.end({ kind: "Method", message: { axis: r.u8(), every: r.u16(), u: r.u16(), v: r.u16(), columns: r.u16(), rows: r.u16(), low: r.f64(), high: r.f64(), gone: r.u32(), points: r.f64(), volume: r.f64(), motion: r.vec3(), force: r.vec3(), ticks: r.u32(), taken: r.f64(), spans: r.raw(), vanished: r.raw() } });
+      return r.end({ kind: "Method", message: { axis: r.u8(), every: r.u16(), u: r.f64(), v: r.f64(), columns: r.u16(), rows: r.u16(), low: r.f64(), high: r.f64(), gone: r.u32(), points: r.f64(), volume: r.f64(), motion: r.vec3(), force: r.vec3(), ticks: r.u32(), taken: r.f64(), spans: r.raw(), vanished: r.raw() } });
     case 77:
       return r.end({ kind: "Bodies", message: { active: r.u32(), json: r.text() } });
     case 78:
@@ -258,13 +285,17 @@ export function read(data: ArrayBuffer): FromStudio {
     case 80:
       return r.end({ kind: "SecondHand", message: { there: r.u8(), tool: r.tool(), tip: r.vec3(), axis: r.vec3(), side: r.vec3(), force: r.vec3() } });
     case 81:
-      return r.end({ kind: "Mass", message: { body: r.u32(), volume: r.f64(), mass: r.f64(), centre: r.vec3() } });
+      return r.end({ kind: "Mass", message: { body: r.u32(), volume: r.f64(), mass: r.f64(), centre: r.vec3(), memory: r.f64() } });
     case 82:
       return r.end({ kind: "ShowStamp", message: { vertices: r.raw(), triangles: r.raw() } });
     case 83:
       return r.end({ kind: "Fonts", message: { json: r.text() } });
     case 84:
       return r.end({ kind: "PrintFaults", message: { overhang: r.f64(), thin: r.f64(), area: r.f64(), thinnest: r.f64(), pieces: r.u32() } });
+    case 85:
+      return r.end({ kind: "Playback", message: { json: r.text() } });
+    case 86:
+      return r.end({ kind: "Played", message: { time: r.f64(), computed: r.f64(), done: r.u8(), share: r.f64(), playing: r.u8(), speed: r.f64(), stops: r.u8(), program: r.u32(), line: r.u32(), tool: r.u32(), rapid: r.u8(), force: r.f64(), power: r.f64(), stopped: r.f64() } });
     default:
       throw new Error(`unknown kind ${kind} of message`);
   }

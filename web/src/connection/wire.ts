@@ -89,6 +89,9 @@ export class Reader {
   u16(): number {
     return this.view.getUint16(this.step(2), true);
   }
+  i16(): number {
+    return this.view.getInt16(this.step(2), true);
+  }
   u32(): number {
     return this.view.getUint32(this.step(4), true);
   }

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Plots every servo tick's force over time and exports it as CSV. The scale fits most ticks. Spikes
-// beyond it are cut off and marked.
+// Plots the force of every servo tick over time and exports it as CSV. The scale fits nearly all
+// ticks. Higher values are cut off and marked.
 import { t } from "../base/texts";
 import uPlot from "uplot";
-import "uplot/dist/uPlot.min.css";
 import { robustRange, spikes, type Range } from "./robust";
 import { TICK_NUMBERS } from "../connection/wire";
 
@@ -61,7 +60,7 @@ export function markSpikes(plot: uPlot, curves: Clipped[]): string[] {
   return marks.map(({ value, curve }) => `${rounded.format(value)} ${curve.unit}`.trim());
 }
 
-/** Whether any tick has a force or a moment. */
+/** True if any tick has a force or a moment. */
 const hasForce = (rows: Float32Array): boolean =>
   rows.some((number, i) => {
     const at = i % TICK_NUMBERS;
@@ -117,7 +116,7 @@ const SERIES = [
 ];
 
 /** A scale that fits the visible series that use it. */
-const scaled = (scale: string, min: number) => ({
+export const scaled = (scale: string, min: number) => ({
   range: (plot: uPlot): [number, number] => {
     const { low, high } = robustRange(
       plot.series.flatMap((s, i) =>
@@ -129,7 +128,8 @@ const scaled = (scale: string, min: number) => ({
   },
 });
 
-function axes(): uPlot.Axis[] {
+/** Axes for the time, for the force on the left, and for another scale "m" on the right. */
+export function forceAxes(right: string): uPlot.Axis[] {
   const style = getComputedStyle(document.documentElement);
   const text = style.getPropertyValue("--quiet"),
     line = style.getPropertyValue("--line");
@@ -145,7 +145,7 @@ function axes(): uPlot.Axis[] {
     { ...axis, label: t("axis_force"), size: 42, labelSize: 16 },
     {
       ...axis,
-      label: t("axis_moment"),
+      label: right,
       side: 1,
       scale: "m",
       size: 42,
@@ -155,7 +155,7 @@ function axes(): uPlot.Axis[] {
   ];
 }
 
-/** Makes the names of the series buttons, so that the keyboard reaches them. */
+/** Turns the names of the series into buttons, so that the keyboard reaches them. */
 function namesAsButtons(into: HTMLElement): void {
   const names = [...into.querySelectorAll<HTMLElement>(".u-legend .u-series > *")];
   for (const [i, name] of names.entries()) {
@@ -202,7 +202,7 @@ export class ForcePlot {
           y: scaled("y", 1),
           m: scaled("m", 10),
         },
-        axes: axes(),
+        axes: forceAxes(t("axis_moment")),
         series: [
           { label: t("axis_time") },
           ...SERIES.map(({ label, stroke, show, scale, dash }) => ({
@@ -261,7 +261,8 @@ export class ForcePlot {
       this.count -= this.rows.shift()!.length / TICK_NUMBERS;
     }
     if (this.paused || this.still || this.due) return;
-    // Scrolling a flat line shows nothing new, so drawing it would only drain a battery.
+    // A flat line looks the same when it scrolls. So it is not drawn again, which saves the
+    // battery.
     const wide = this.into.clientWidth || this.plot.width;
     if (this.flat && this.plot.width === wide && !hasForce(rows)) return;
     this.due = true;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Computes scales for force plots that a few spikes do not flatten. Lists the spikes outside such a
-// scale.
+// Computes scales for force plots, so that a few spikes do not make the rest flat. Finds the spikes
+// that are outside such a scale.
 
 export interface Range {
   low: number;
@@ -13,7 +13,7 @@ export interface Spike {
 
 const SHARE = 0.99; // this share of the ticks with a force fits below the scale's end
 const ROOM = 1.15; // margin factor above that share
-const WORTH = 1.5; // a maximum up to this factor above the scale is shown whole
+const WORTH = 1.5; // a maximum up to this factor above the scale is included
 
 /** The end of a scale for these sizes. All sizes are at least 0. */
 function reach(sizes: number[]): number {

@@ -2,13 +2,16 @@
 // The hand. It chooses the tool and turns mouse, pen and touch events into aims and strokes.
 import { t } from "../base/texts";
 import * as THREE from "three";
-import { BRUSHES, brushButtons, fillPalette, inverseOf } from "../tools/brushes";
+import { alphaOptions, BRUSHES, brushButtons, fillPalette, inverseOf } from "../tools/brushes";
 import { element, input, put, select } from "../base/dom";
-import type { Mode, Model, Tool } from "../connection/kinds";
+import { ALPHAS, type Alpha, type Mode, type Model, type Tool } from "../connection/kinds";
 import { write } from "../connection/messages";
 import { newEvents, turnTowards } from "./pointer_path";
+import { pressureOf, pressureUse, sizeShare } from "./pen";
+import { MaskControls } from "./mask";
 import { SecondHand } from "./second_hand";
 import { Stamp } from "../tools/stamp";
+import { Texture } from "../tools/texture";
 import { controlsOf, ToolMemory, type Values } from "../tools/tool_memory";
 import { AtCursor } from "./at_cursor";
 import { StrokeGuide } from "./stroke_guide";
@@ -43,10 +46,11 @@ const BLOW_AFTER_MS = 120;
 
 /** Length of pressed letters [mm]. */
 const STAMP_LENGTH = 12;
-/** With Shift, the smoothing brush is this factor wider than the tool. */
+/** With Shift, the brush smooths, and it is wider than the tool by this factor. */
 const SHIFT_WIDTH = 1.5;
 /**
- * Rotation of a twisted part per pixel of pointer motion to the right [rad]: half a turn in 300.
+ * Rotation of a twisted part per pixel of pointer motion to the right [rad]: half a turn in 300
+ * pixels.
  */
 const TURN_PER_PIXEL = 0.01;
 
@@ -54,10 +58,10 @@ const TURN_PER_PIXEL = 0.01;
 type DepthFrom = "began" | "now" | "held" | "set";
 /** The numbers that the pointer or keys can change. */
 export type Amount = "size" | "depth" | "brush-strength" | "strength";
-/** How the names of brushes begin in the memory of tools. */
+/** Prefix of the names of brushes in tool_memory.ts. */
 const BRUSH = "brush:";
 
-/** The name of a tool or brush of the memory of tools. Null: there is none. */
+/** The name for the user of a tool or brush that is stored in tool_memory.ts. Null: unknown. */
 export function itemName(item: string): string | null {
   const shape = shapeOf(item);
   if (shape) return TOOLS[shape].name;
@@ -66,14 +70,14 @@ export function itemName(item: string): string | null {
 
 export class Hand {
   axis = new THREE.Vector3(0, 0, 1);
-  /** Whether the pointer has aimed since the document was opened. */
+  /** True if the pointer has aimed since the document was opened. */
   there = false;
   /**
-   * Whether a force device holds the tool. The pointer then only looks around and moves the tool to
-   * a position.
+   * True if a force device holds the tool. Then the pointer only turns the view, or moves the tool
+   * to a place on the wood.
    */
   device = false;
-  /** Whether the document is open read-only. */
+  /** True if the document is open read-only. */
   readOnly = false;
   private stroke: {
     pointer: number;
@@ -84,28 +88,32 @@ export class Hand {
     last: Hit;
     wood: Hit;
     /**
-     * Depth is measured from this plane, and the path lies in it. Null: the path follows the wood.
+     * Depth is measured from this plane, and the path is in it. Null: the path follows the wood.
      */
     plane: Hit | null;
     mode: Mode;
-    /** Whether a key inverts the brush by a negative strength. */
+    /** True if a key inverts the brush by a negative strength. */
     negative: boolean;
     /** Where a brush that turns or scales began: the pointer's place and the tool's rotation. */
     from: { x: number; y: number; turn: number };
     /** Time of the newest event that was used [ms]. */
     time: number;
+    /** Pressure of the pen, 0 to 1. */
+    pressure: number;
   } | null = null;
-  /** The plane that the user has set for depth. */
+  /** The plane from which depth is measured, if the user has set one. */
   private plane: Hit | null = null;
   /** The wood under the pointer when it last hovered. */
   private over: Hit | null = null;
-  /** Whether the key that lets a stroke begin anywhere is down. */
+  /** True if the key that lets a stroke begin anywhere is down. */
   private anywhere = false;
   /** The second hand: another finger, or the pointer in addition to a force device. */
   readonly second: SecondHand;
   /** The guide that constrains strokes. */
   private guide: StrokeGuide;
   readonly stamp: Stamp;
+  private texture: Texture;
+  private masks: MaskControls;
   private sliding: { id: Amount; x: number; from: number } | null = null;
   /** The brush in the hand. Null: a tool. */
   private heldBrush: Mode | null = null;
@@ -123,7 +131,7 @@ export class Hand {
     private canvas: HTMLCanvasElement,
     private view: View,
     private send: (message: Uint8Array) => void,
-    /** Tries to make the body there the active one. Returns whether it did. */
+    /** Tries to make the body at this point active. Returns whether it did. */
     private takesUp: (x: number, y: number) => boolean,
   ) {
     element("shapes").insertAdjacentHTML("beforeend", toolButtons());
@@ -132,6 +140,16 @@ export class Hand {
       (message) => this.readOnly || send(message),
       () => this.chooseTool(),
     );
+    this.texture = new Texture(
+      (message) => this.readOnly || send(message),
+      () => this.chooseBrush(),
+    );
+    this.masks = new MaskControls((message) => this.readOnly || send(message), {
+      bounds: () => view.solid.boxOf(null),
+      plane: () => this.plane,
+      restore: () => this.chooseBrush(),
+      hide: (hides) => view.hideMasked(hides),
+    });
     this.second = new SecondHand(canvas, view, send, {
       own: () => this.bare(),
       depth: () => this.depth(),
@@ -143,21 +161,25 @@ export class Hand {
     });
     element("shapes").addEventListener("change", () => this.chooseShape());
     element("brushes").insertAdjacentHTML("beforeend", brushButtons());
+    select("alpha").innerHTML = alphaOptions();
     fillPalette(element("palette"));
     element("palette").addEventListener("click", (event) => {
       const { color } = (event.target as HTMLElement).dataset;
       if (color) input("color").value = color;
       this.chooseBrush();
     });
-    // Kept first, so that what follows can recall the numbers.
+    // These listeners are the first, so that later ones find the numbers stored.
     for (const id of new Set([...controlsOf(false), ...controlsOf(true)]))
       input(id).addEventListener("input", () => this.remember());
     for (const id of ["brush-strength", "keep", "color", "wall"])
       input(id).addEventListener("input", () => this.chooseBrush());
-    select("falloff").addEventListener("change", () => {
-      this.remember();
-      this.chooseBrush();
-    });
+    for (const id of ["falloff", "alpha"])
+      select(id).addEventListener("change", () => {
+        this.remember();
+        this.showControls();
+        this.chooseBrush();
+      });
+    select("pen-brush").addEventListener("change", () => this.chooseBrush());
     for (const id of ["size", "depth", "form"])
       input(id).addEventListener("input", () => this.chooseTool());
     input("turn-by").addEventListener("input", () => {
@@ -174,7 +196,7 @@ export class Hand {
     element("brushes").addEventListener("change", (event) =>
       this.holdBrush((event.target as HTMLInputElement).value as Mode),
     );
-    // A click on the lit brush lays it down. A click on a tool or on work takes the tool.
+    // A click on the current brush puts it away. A click on a tool or a mode takes the tool.
     for (const id of ["brushes", "shapes", "modes"])
       element(id).addEventListener("click", (event) => {
         if (!(event.target instanceof HTMLInputElement)) return;
@@ -243,6 +265,7 @@ export class Hand {
     this.view.marks.showPlane(null);
     this.view.cameras.controls.enabled = true;
     this.stamp.begin();
+    this.texture.begin();
     this.turns.clear();
     input("turn-by").value = "0";
     this.chooseShape();
@@ -256,6 +279,7 @@ export class Hand {
   chooseAll(): void {
     if (this.readOnly) return;
     this.stamp.begin();
+    this.texture.begin();
     this.chooseTurn();
     this.chooseHand();
     this.chooseWork();
@@ -269,20 +293,20 @@ export class Hand {
   get working(): boolean {
     return this.stroke !== null || this.second.working;
   }
-  /** Whether a cutting tool is far from its target. `tip` is the tool's tip [mm]. */
+  /** True if a cutting tool is far from its target. `tip` is the tool's tip [mm]. */
   heldBack(tip: Vec3): boolean {
     return (
       this.stroke?.mode === "cut" &&
       Math.hypot(...tip.map((x, i) => x - this.aimed[i])) > this.depth() / 2 + this.guide.slack
     );
   }
-  /** What the user can do if the wood holds the tool back. */
+  /** Advice for the user if the wood holds the tool back. */
   get help(): string {
     const strength = Number(input("strength").value).toFixed(0),
       name = TOOLS[this.shape].name.toLowerCase();
     return t(this.powered ? "held_back_powered" : "held_back", { tool: name, strength });
   }
-  /** Whether a motor turns the tool or a press drives it. */
+  /** True if a motor turns the tool or a press drives it. */
   private get powered(): boolean {
     const { powered, pressed } = TOOLS[this.shape];
     return pressed || (powered && input("powered").checked);
@@ -314,7 +338,7 @@ export class Hand {
   private get depthFrom(): DepthFrom {
     return select("depth-from").value as DepthFrom;
   }
-  /** Whether this page holds the tool. */
+  /** True if this page holds the tool. */
   get holds(): boolean {
     return this.holding;
   }
@@ -409,7 +433,7 @@ export class Hand {
     this.chooseShape();
     this.chooseWork();
   }
-  /** Takes a brush. Null: lays it down, and the tool works again. */
+  /** Takes a brush. Null: puts the brush away, and the tool works again. */
   private holdBrush(mode: Mode | null): void {
     if (mode === this.heldBrush || this.stroke) return;
     this.heldBrush = mode;
@@ -514,13 +538,17 @@ export class Hand {
   private showControls(): void {
     const { form, turns, powered, pressed } = TOOLS[this.shape],
       { heldBrush, mode } = this,
-      brush = heldBrush !== null;
+      brush = heldBrush !== null,
+      textured = brush && BRUSHES[mode]?.follows === undefined && mode !== "crease";
     const shown: Record<string, boolean> = {
       depths: !brush,
       strengths: !brush,
       brush,
       keeps: BRUSHES[mode]?.keeps === true,
+      alphas: textured,
+      textures: textured && select("alpha").value === "picture",
       colours: mode === "paint",
+      masks: mode === "mask",
       forms: !brush && form !== undefined,
       stamp: !brush && this.shape === "mesh",
       motor: !brush && powered && !pressed,
@@ -534,6 +562,7 @@ export class Hand {
       "set-plane": (!brush || mode === "flatten") && this.depthFrom === "set",
     };
     for (const [id, visible] of Object.entries(shown)) element(id).hidden = !visible;
+    if (mode === "mask") this.masks.show();
     document.body.classList.toggle("brushing", brush);
     for (const label of element("choices").querySelectorAll("label")) {
       const button = label.querySelector("input")!,
@@ -567,8 +596,8 @@ export class Hand {
       tool.shape === "mesh" ? this.stamp.every : null,
     );
     if (tool.shape === "mesh") {
-      // The stamp is as high and as wide as a ball would be. It is long enough to sink in, or to
-      // rise as high as the added material.
+      // The stamp is as high and as wide as a ball would be. It is long enough for its depth, or
+      // for the height of the added material.
       const depth = this.depth(),
         radius = this.radius();
       this.stamp.choose({
@@ -625,10 +654,10 @@ export class Hand {
     this.showSymmetry();
     this.send(write.ChooseSymmetry({ planes: this.planes(), fold, axis }));
   }
-  /** Chooses what the tool does. A pointer's tool does it when the pointer presses. */
+  /** Sends the mode of the tool. A pointer's tool works only while the pointer is pressed. */
   private chooseWork(recalls = true): void {
     const { brush } = this;
-    input("brush-strength").min = this.mode === "inflate" ? "-100" : "0";
+    input("brush-strength").min = brush?.signed ? "-100" : "0";
     if (recalls) this.recall();
     this.showControls();
     this.view.showWheel(this.mode === "turn", false);
@@ -646,6 +675,7 @@ export class Hand {
     put("wall-out", `${wall} mm`);
     const color = parseInt(input("color").value.slice(1), 16),
       set = this.depthFrom === "set" && this.plane;
+    this.texture.choose();
     this.send(
       write.ChooseBrush({
         radius,
@@ -659,19 +689,23 @@ export class Hand {
         wall: this.mode === "turn" ? wall : 0,
         point: set ? (set.point.toArray() as Vec3) : [0, 0, 0],
         normal: set ? (set.normal.toArray() as Vec3) : [0, 0, 1],
+        ...this.masks.fields(),
+        // A preset may name a texture that does not exist.
+        alpha: Math.max(0, ALPHAS.indexOf(select("alpha").value as Alpha)),
+        pressure: pressureUse(),
       }),
     );
   }
   private brushStrength(): number {
     return Number(input("brush-strength").value) / 100;
   }
-  /** What a press does with the keys that are down: its mode, and whether its strength is negative. */
+  /** The mode of a press with the keys that are down, and if its strength is negative. */
   private wanted(): { mode: Mode; negative: boolean } {
     const { mode } = this,
       { shift, inverts } = this.keysDown;
     if (shift) return { mode: "smooth", negative: false };
     const inverse = inverts ? inverseOf(mode) : mode;
-    return { mode: inverse, negative: inverts && mode === "inflate" };
+    return { mode: inverse, negative: inverts && BRUSHES[mode]?.signed === true };
   }
   /** Draws the ring under the pointer: its colour shows what a press does. */
   private showRing(): void {
@@ -684,7 +718,8 @@ export class Hand {
     );
     marks.showRing(
       this.stroke?.last ?? this.over,
-      smooths ? SHIFT_WIDTH * this.radius() : this.radius(),
+      (smooths ? SHIFT_WIDTH * this.radius() : this.radius()) *
+        (this.stroke && !BRUSHES[mode]?.follows ? sizeShare(this.stroke.pressure) : 1),
     );
   }
   private chooseHand(): void {
@@ -701,8 +736,8 @@ export class Hand {
   }
 
   /**
-   * Where the tip is during a stroke that scales: above the press or below it, on the tool's axis.
-   * Where the axis points to the eye, the way to the right and up counts.
+   * Where the tip is during a stroke that scales: on the tool's axis, above or below the press. If
+   * the axis points to the eye, the pointer's motion to the right and up counts.
    */
   private scaledTo(x: number, y: number): Hit {
     const { last, from } = this.stroke!,
@@ -711,7 +746,7 @@ export class Hand {
       tip = cameras.onScreen(last.point.clone().add(this.axis).toArray() as Vec3),
       pixel = cameras.perPixel(last.point);
     const size = Math.hypot(tip.x - shown.x, tip.y - shown.y);
-    // At half its length or less the axis has no direction that a hand could follow.
+    // If the axis looks shorter than half its length, a hand cannot follow its direction.
     const out =
       size * pixel < 0.5
         ? { x: Math.SQRT1_2, y: -Math.SQRT1_2 }
@@ -746,10 +781,17 @@ export class Hand {
     if (this.device || this.readOnly) return;
     this.there = true;
     this.aimed = this.tipAt(hit, deep);
-    this.send(write.Aim({ tip: this.aimed, axis: this.axis.toArray() as Vec3, time: time / 1000 }));
+    this.send(
+      write.Aim({
+        tip: this.aimed,
+        axis: this.axis.toArray() as Vec3,
+        time: time / 1000,
+        pressure: this.stroke?.pressure ?? 1,
+      }),
+    );
   }
 
-  /** The depth of a press [mm]. An adding tool stands out as far as it would otherwise sink in. */
+  /** The depth of a press [mm]. It is negative for a tool that adds material. */
   private pressed(event: PointerEvent): number {
     if (this.brush) return 0;
     if (this.stroke?.mode === "deposit") return heightOf(this.own()) - this.depth();
@@ -823,7 +865,8 @@ export class Hand {
     const hit = begins ? this.beginning(event.clientX, event.clientY) : null;
     if (!hit) return; // a press outside the wood turns the view
     if (this.device) {
-      // Bring the tool to a position clear of the wood. The view may turn.
+      // Bring the tool to a position clear of the wood. The event also reaches the view, which may
+      // turn.
       this.axis = hit.normal.clone();
       return this.send(write.BringTool({ tip: this.tipAt(hit, -1) }));
     }
@@ -861,15 +904,17 @@ export class Hand {
         turn: (Number(input("turn-by").value) * Math.PI) / 180,
       },
       time: event.timeStamp,
+      pressure: pressureOf(event),
     };
     if (mode === "turn") this.view.showWheel(true, true);
     if (mode !== this.mode) {
       this.chooseTool();
-      // With Shift, one or two strokes smooth an edge.
+      // With Shift, the brush has full strength, so that one or two strokes smooth an edge.
       if (event.shiftKey) this.chooseBrush(SHIFT_WIDTH * this.radius(), 1);
       else if (this.brush) this.chooseBrush();
     } else if (negative) this.chooseBrush(this.radius(), -this.brushStrength());
-    // A groove in which a guided stroke begins must not tilt the plane of its line or circle.
+    // If a guided stroke begins in a groove, the groove must not tilt the plane of its line or
+    // circle.
     this.axis = this.axisAt(
       follows ? hit : this.guide.plane ? this.view.around(at, 2 * this.radius() + 1) : at,
       event,
@@ -883,6 +928,7 @@ export class Hand {
         axis: this.axis.toArray() as Vec3,
         mode,
         time: event.timeStamp / 1000,
+        pressure: this.stroke.pressure,
       }),
     );
     if (input("blows").checked)
@@ -939,6 +985,7 @@ export class Hand {
   private followTo(event: PointerEvent): void {
     const stroke = this.stroke!,
       { clientX: x, clientY: y } = event;
+    stroke.pressure = pressureOf(event);
     const follows = this.brush?.follows;
     if (follows === "turns") {
       const turn = stroke.from.turn + TURN_PER_PIXEL * (x - stroke.from.x);
@@ -952,7 +999,8 @@ export class Hand {
     } else {
       at = this.view.hit(x, y, this.depthFrom === "began" && !this.brush);
       if (at) stroke.wood = at;
-      // Outside the wood the path continues along the plane it left, so that the tool comes out.
+      // Outside the wood the path continues along the plane through its last point on the wood, so
+      // that the tool comes out.
       else at = this.onPlane(x, y, stroke.wood);
       if (
         at &&

@@ -6,7 +6,7 @@ import type { Vec3 } from "../base/vec3";
 import type { State } from "../connection/messages";
 import type { Hand } from "./hand";
 
-/** A pressed stroke that removes nothing for this time is explained [ms]. */
+/** If a pressed stroke removes nothing for this time [ms], the page explains why. */
 const STILL_MS = 1500;
 
 export class Hindered {
@@ -21,7 +21,7 @@ export class Hindered {
     const blocked = s.blocked !== 0;
     if (blocked && !this.blocked) notify(t("tool_blocked"));
     this.blocked = blocked;
-    // A tool that waits for its brush is not held back.
+    // While a brush's dabs are pending, the wood is not the reason for the delay.
     if (s.removed !== this.removed || s.pending > 0 || !this.hand.heldBack(tip)) {
       this.removed = s.removed;
       this.since = performance.now();

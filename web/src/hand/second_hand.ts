@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The second hand: another finger, or the pointer while a force device holds the first tool. It
-// works in parallel with the first hand and has its own tool. Everything both hands do until both
-// are lifted is one stroke.
+// works at the same time as the first hand and has its own tool. A stroke contains what both hands
+// do, until both are lifted.
 import * as THREE from "three";
 import { element, input, put, select } from "../base/dom";
 import type { Mode } from "../connection/kinds";
@@ -39,8 +39,7 @@ export class SecondHand {
     axis: THREE.Vector3;
     time: number;
     /**
-     * Whether this hand keeps the surface from before the stroke. Otherwise the first hand keeps
-     * it.
+     * True if this hand stored the surface from before the stroke. Otherwise the first hand did.
      */
     looks: boolean;
   } | null = null;
@@ -62,7 +61,7 @@ export class SecondHand {
   get mode(): Mode {
     return select("second-mode").value as Mode;
   }
-  /** Whether the second hand is in use. */
+  /** True if the second hand is in use. */
   get there(): boolean {
     return this.mode !== "off";
   }
@@ -70,7 +69,7 @@ export class SecondHand {
     return this.stroke !== null;
   }
 
-  /** The first hand's tool. A stamp needs a press, which this hand lacks, so a ball replaces it. */
+  /** The first hand's tool. This hand cannot press a stamp, so it gets a ball instead. */
   private taken(): HeldTool {
     const tool = this.first.own();
     return tool.shape === "mesh" ? TOOLS.ball.make(this.first.radius(), 0) : tool;
@@ -96,7 +95,7 @@ export class SecondHand {
       }),
     );
   }
-  /** Sends a changed depth. It must be sent before a stroke, because sending it ends a stroke. */
+  /** Sends a changed depth. Call it before a stroke, because the message ends a stroke. */
   deepen(): void {
     if (this.there && !this.stroke && this.depth !== this.first.depth()) this.choose();
   }
@@ -157,7 +156,7 @@ export class SecondHand {
     for (const one of newEvents(event, stroke)) {
       const at = this.view.hit(one.clientX, one.clientY, true);
       if (at) stroke.wood = at;
-      // Outside the wood the path continues along the plane it left.
+      // Outside the wood the path continues along the plane through its last point on the wood.
       const next = at ?? this.first.onPlane(one.clientX, one.clientY, stroke.wood);
       if (next) {
         const distance = next.point.distanceTo(stroke.last.point);
@@ -175,7 +174,7 @@ export class SecondHand {
     return true;
   }
 
-  /** The first hand lets go. Returns whether this hand continues. */
+  /** Call it when the first hand is lifted. Returns whether this hand continues the stroke. */
   isActive(): boolean {
     if (!this.stroke) return false;
     return (this.stroke.looks = true);

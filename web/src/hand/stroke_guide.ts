@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// How strokes behave. Guides constrain them to a line, a circle or the path of another stroke. A
-// string steadies the hand. Some tools lead themselves. This file sends and draws the choices. The
-// studio applies them (kibori/motion/stroke_guide.h).
+// The user's choices of how strokes behave. Guides constrain them to a line, a circle or the path
+// of another stroke. A string steadies the hand. Some tools turn their edge to the path by
+// themselves. This file sends and draws the choices. The studio applies them
+// (kibori/motion/stroke_guide.h).
 import * as THREE from "three";
 import { element, input, put, select } from "../base/dom";
 import { write } from "../connection/messages";
@@ -79,8 +80,8 @@ export class StrokeGuide {
     return this.steady + (lead ? entry + lift : 0);
   }
   /**
-   * How a self-leading tool enters: whether it may, over which path length, and from which height
-   * above its path [mm].
+   * How a self-leading tool enters. `lead`: 1 if it leads itself. `entry`: the length of path that
+   * the entry takes. `lift`: the height above the path at its beginning. Both in mm.
    */
   leading(leads: boolean, depth: number): { lead: number; entry: number; lift: number } {
     const deep = Math.max(0.2, depth);
@@ -90,7 +91,7 @@ export class StrokeGuide {
       lift: deep + ABOVE,
     };
   }
-  /** Whether strokes are guided in a plane, that of a line or a circle. */
+  /** True if the guide is a line or a circle, which are in a plane. */
   get plane(): boolean {
     return !this.held.brush && ["line", "circle"].includes(select("guide").value);
   }

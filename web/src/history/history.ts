@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The strip of the history. It shows the path from the stock to the current step, and on to where
-// the document was last. Consecutive strokes of one tool form a group that opens. Lines above show
-// where branches leave. The page contains only the visible cells and asks only for their pictures.
+// The strip of the history. It shows the path from the stock to the current step, and the later
+// steps that were undone. Consecutive strokes of one tool form a group, which the user can open.
+// Lines above the path show where branches leave it. The page contains only the visible cells and
+// asks only for their pictures.
 import { t } from "../base/texts";
 import { request } from "../connection/access";
 import { isAction, MOVED, StepTree, type Branch, type Group, type Step } from "./steps";
@@ -27,8 +28,9 @@ const STEP_PX = 76,
   GROUP_PX = 164,
   OPEN_PX = 112,
   APART_PX = 4;
-const MARGIN_PX = 200; // cells this far out of view exist too
-// Lines above the cells. The path runs at DIRECTION_Y. The ends of branches lie in the lanes above it.
+const MARGIN_PX = 200; // cells outside the view exist up to this distance
+// Lines above the cells [px]. The line of the path is at DIRECTION_Y, the ends of branches are in
+// the lanes above it.
 const DIRECTION_Y = 32,
   LANES_Y = [8, 20],
   TREE_PX = 40,
@@ -75,10 +77,10 @@ function toolName(step: Step): string {
   if (step.mode === "deposit") return t("tool_adds", { tool });
   if (step.mode === "press") return t("tool_presses", { tool });
   if (step.mode === "throw" || step.mode === "turn") return t("tool_on_wheel", { tool });
-  // A brush determined the result. The tool only carried it.
+  // If the step used a brush, its name counts, not that of the tool.
   return BRUSHES[step.mode]?.name ?? tool;
 }
-/** What made a step: the stock, a tool, or nothing for an action, which has its own label. */
+/** The origin of a step: the stock, or a tool. Empty for an action, which has its own label. */
 const toolOf = (step: Step): string =>
   step.parent === 0 ? t("stock") : isAction(step) ? "" : toolName(step);
 function wordsOf(...parts: HTMLElement[]): HTMLElement {
@@ -96,7 +98,7 @@ export class History {
   private document = 0; // counts documents
   private pictures = new Map<number, string>();
   private requested = new Set<number>();
-  /** Steps whose picture another camera took. */
+  /** Steps whose picture was not drawn by this page's camera. */
   private foreign = new Set<number>();
   private items: Item[] = [];
   private present: Item | undefined; // the current step's item
@@ -200,7 +202,7 @@ export class History {
     this.redraw();
   }
 
-  /** Whether the step lacks a picture by the page's own camera. */
+  /** True if the step lacks a picture by the page's own camera. */
   wants(step: number): boolean {
     const own = this.tree.get(step);
     return own !== undefined && (own.picture !== step || this.foreign.has(step));
@@ -508,13 +510,13 @@ export class History {
     columns: number,
   ): { curves: SVGElement[]; dots: SVGElement[] } {
     const places = LANES_Y.length * columns;
-    // If there is no room for all, the last place represents the oldest ones.
+    // If there is no room for all branches, the last place represents all the oldest ones.
     const shown = all.length <= places ? all : all.slice(all.length - places + 1);
     const hidden = all.length - shown.length;
     const curves: SVGElement[] = [],
       dots: SVGElement[] = [];
     const add = (branch: Branch, k: number, title: string, ...marks: SVGElement[]): void => {
-      // The newest is the nearest. The low lane fills first.
+      // The newest branch is the nearest to the cell. The low lane is filled first.
       const dx = x + 16 + DOT_PX * Math.floor(k / LANES_Y.length),
         dy = LANES_Y[LANES_Y.length - 1 - (k % LANES_Y.length)];
       curves.push(
@@ -649,7 +651,7 @@ export class History {
 }
 
 /**
- * Whether the picture's first pixel is covered. It is transparent in pictures that the page draws.
+ * True if the picture's first pixel is opaque. It is transparent in pictures that the page draws.
  */
 async function hasGround(png: Blob): Promise<boolean> {
   const canvas = document.createElement("canvas"),

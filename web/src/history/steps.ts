@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The tree of steps, as the message Steps reports it. It computes the shown path, the groups of
-// strokes on it, and the branches that leave it. It does not depend on the page.
+// The tree of steps, as the message Steps reports it. This file computes the path that the strip
+// shows, its groups of strokes, and the branches that leave it. It does not use the elements of the
+// page.
 import type { Mode, Tool } from "../connection/kinds";
 import { Reader } from "../connection/wire";
 
@@ -38,13 +39,13 @@ const GROUP_S = 300;
 /** The mode of a step in which the tool only moved. */
 export const MOVED: Mode = "off";
 
-/** Whether the step is an action on bodies, not a stroke. Its label says which action. */
+/** True if the step is an action on bodies, not a stroke. Its label says which action. */
 export const isAction = (step: Step): boolean => step.tool === null && step.label !== "";
 
 export class StepTree {
   private steps = new Map<number, Step>();
   private tools = new Map<string, Tool | null>(); // by their JSON text
-  /** For a step on a path that the user went back along: the next step on that path. */
+  /** For a step to which the user went back: the next step of the path that was left. */
   private last = new Map<number, number>();
   head = 0;
 
@@ -115,7 +116,7 @@ export class StepTree {
         other.picture = this.steps.get(other.parent)?.picture ?? 0;
   }
 
-  /** The path from the stock to the head, and on to where the document was last. */
+  /** The path from the stock to the head, and the later steps that were undone. */
   path(): Step[] {
     const path: Step[] = [];
     for (let at = this.steps.get(this.head); at; at = this.steps.get(at.parent)) path.push(at);
@@ -168,7 +169,7 @@ export class StepTree {
     return found.sort((a, b) => a.tip.id - b.tip.id);
   }
 
-  /** Whether there is any branch. */
+  /** True if there is any branch. */
   get forked(): boolean {
     for (const step of this.steps.values()) if (step.next.length > 1) return true;
     return false;

@@ -22,7 +22,10 @@ const HELP: Record<Gesture, string> = {
 
 /** A line counts as straight if it deviates at most this much from the chord [chord lengths]. */
 const STRAIGHT = 0.02;
-/** A line closes if its ends are this near [pixels] and it is this many times as long. */
+/**
+ * A line closes if its ends are nearer than CLOSES_PX [pixels] and it is longer than CLOSES_TIMES
+ * times CLOSES_PX.
+ */
 const CLOSES_PX = 16,
   CLOSES_TIMES = 5;
 /** Tolerance for simplifying a drawn line [pixels]. */
@@ -152,7 +155,7 @@ export class BodiesPanel {
     if (this.all.length > 1) this.choose(this.all[(at + 1) % this.all.length].id);
   }
 
-  /** Sets what the next drag on the piece does. Null: the tool works again. */
+  /** Sets the gesture of the next drag on the piece. Null: the tool works again. */
   take(gesture: Gesture | null): void {
     if (gesture && !this.holds()) return;
     if (gesture !== this.gesture) this.drop();
@@ -174,14 +177,14 @@ export class BodiesPanel {
   takeUp(x: number, y: number): boolean {
     if (this.all.length < 2) return false;
     const body = this.view.bodyAt(x, y);
-    // A template or a mask does not block a stroke.
+    // Protected bodies (templates, masks) are never taken up, so that strokes can begin on them.
     if (body === null || body === this.active) return false;
     if (this.all.some((one) => one.id === body && one.no_go)) return false;
     this.choose(body);
     return true;
   }
 
-  /** Whether the surface is shown in colours that are not its own. */
+  /** True if the surface is shown in colours that are not its own. */
   get inColours(): boolean {
     return this.remaining;
   }
@@ -425,7 +428,7 @@ export class BodiesPanel {
   private get maskRadius(): number {
     return Number(input("size").value);
   }
-  /** Masks or unmasks what a ball reaches whose centre passes through these points. */
+  /** Masks or unmasks the region of a ball whose centre moves through these points. */
   private mask(places: THREE.Vector3[], away: boolean): void {
     const radius = this.maskRadius,
       own = this.body;
@@ -504,7 +507,8 @@ export class BodiesPanel {
     const places = (closed ? line.slice(0, -1) : line).flatMap(
       (p) => this.on(plane, p.x, p.y) ?? [],
     );
-    // Keep the part with the body's centre. The part to the left of the line comes off.
+    // The part to the left of the line is cut off. So the line's direction is chosen to keep the
+    // body's centre.
     const at = this.view.cameras.onScreen(middle.toArray());
     const left = (last.x - first.x) * (at.y - first.y) - (last.y - first.y) * (at.x - first.x) < 0;
     if (!closed && left) places.reverse();

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The panel of the force device: its name, whether it may push, and how far the tool moves for its
-// hand.
+// The panel of the force device: its name, the switch for the force, the reach and the stiffness.
 import { t } from "../base/texts";
 import { element, input, put, read } from "../base/dom";
 import { write, type Device } from "../connection/messages";

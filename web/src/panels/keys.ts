@@ -19,7 +19,7 @@ function nameOf(event: KeyboardEvent): string {
   return `${control ? "Ctrl+" : ""}${event.altKey ? "Alt+" : ""}${shift ? "Shift+" : ""}${key === " " ? "Space" : key}`;
 }
 
-/** Converts capital letters from an older stored format. */
+/** Converts keys that an older version stored with capital letters. */
 function asNamed(key: string): string {
   return key.length === 1 && key !== key.toLowerCase() ? `Shift+${key.toLowerCase()}` : key;
 }

@@ -10,7 +10,7 @@ const MIN_SHEET = 110,
   SHEET_USUAL = 320; // height of the sheet's panel [px]; it closes if dragged lower
 const DRAGGED = 6; // a shorter drag is a click [px]
 /** The elements that cover the view. */
-const COVERS = "#bar, #grip, #fixed, #corner, .panel";
+const COVERS = "#bar, #grip, #fixed, #corner, #transport, .panel";
 
 interface Kept {
   folded: Record<string, boolean>;
@@ -18,8 +18,8 @@ interface Kept {
 }
 
 /**
- * The largest rectangle of a window that overlaps none of `taken`. The shorter side decides first,
- * then the area.
+ * The best rectangle of a window that overlaps none of `taken`: the one with the longest shorter
+ * side, and of equal ones the largest.
  */
 export function freeOf(width: number, height: number, taken: DOMRect[]): Insets {
   const shown = taken.filter((r) => r.width > 0 && r.height > 0);
@@ -96,6 +96,12 @@ export class Layout {
       subtree: true,
     });
     this.name();
+    this.show();
+  }
+
+  /** Chooses the panel that the sheet opens with. */
+  choose(panel: string): void {
+    this.tab = panel;
     this.show();
   }
 

@@ -116,7 +116,8 @@ export class Look {
     };
     this.listenForLight();
     this.listenForLightKey();
-    // A second click on "view" takes the current direction of sight.
+    // "onclick", because a second click on "view" changes nothing in the form, but takes the new
+    // viewing direction.
     element("section").onclick = () => this.section();
     input("section-at").oninput = () => this.section(false);
     input("section-flip").onchange = () => this.section(false);
@@ -349,7 +350,7 @@ export class Look {
     const { min, max } = this.view.bounds,
       middle = min.clone().add(max).multiplyScalar(0.5),
       half = max.clone().sub(middle);
-    // The section initially keeps the half that is behind the cut for the viewer.
+    // At first, the section keeps the half that is behind it as seen by the viewer.
     if (chosen && how !== "view")
       this.sectionNormal.set(how === "x" ? 1 : 0, how === "y" ? 1 : 0, how === "z" ? -1 : 0);
     if (chosen && how === "view")
@@ -409,7 +410,7 @@ export class Look {
       middle = min.clone().add(max).multiplyScalar(0.5);
     const plane = select("reference-plane").value,
       value = (id: string): number => Number(input(id).value);
-    // For each plane: the picture's right, its up, and the direction it faces.
+    // For each plane: the directions of the picture's right side, of its top, and to its viewer.
     const axes = {
       front: [
         [1, 0, 0],

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Shows the method near the tool: the rays of one dexel field, their dexels and ends, the vanishing
-// lattice points, and the resistance of each point. Eq. (4) of the paper sums these resistances.
-// The page asks the studio for the rays around the tool. It asks again after each answer, and only
-// while the method is shown.
+// Shows how the model works, near the tool: the rays of one dexel field, their dexels and ends, the
+// lattice points that vanish, and the resistance of each point. Eq. (4) of the paper sums these
+// resistances. The page asks the studio for the rays around the tool. It asks again after each
+// answer, and only while the method is shown.
 import { t } from "../base/texts";
 import * as THREE from "three";
 import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
@@ -39,7 +39,7 @@ const ARROW_PX = 30;
 const POINT_PX = { min: 3, max: 7, ofPitch: 0.7 };
 /** Interval between requests while nothing moves [ms]. */
 const REST_MS = 200;
-/** A tick that removed points stays the current one for this time [ms]. So an eye can read it. */
+/** A tick that removed points is shown at least for this time [ms], so that an eye can read it. */
 const NOW_MS = 400;
 
 const RAY = 0x7d8794,
@@ -143,12 +143,13 @@ class Lines {
 
 export class MethodView {
   private group = new THREE.Group();
-  // In the plane through the tip that faces the viewer. Rays in front of it are not shown.
+  // Rays in a plane through the tip that faces the viewer. Rays in front of this plane are not
+  // shown.
   private rays = new Lines(RAY, 1, 0.8, 2);
   private dexels = new Lines(DEXEL, 3, 1, 3);
   private ends = new Dots(END, 7, 0, 4);
   private nodes = new Dots(NODE, 2.5, 0, 4);
-  // Behind that plane.
+  // Rays behind that plane.
   private farRays = new Lines(RAY, 1, 0.25, 1);
   private farDexels = new Lines(DEXEL, 1, 0.35, 1);
   private farEnds = new Dots(FAR_END, 3, 0, 1);
@@ -179,7 +180,7 @@ export class MethodView {
     this.heads.frustumCulled = false;
     this.heads.count = 0;
     this.heads.renderOrder = 7;
-    // Points lie close together. Show a resistance through the points in front of it.
+    // Points are close together. So an arrow is also visible through points in front of it.
     (this.heads.material as THREE.Material).depthTest = false;
     this.shafts.lines.material.depthTest = false;
     this.group.add(
@@ -371,7 +372,7 @@ export class MethodView {
       nodes = new Reader(message.vanished.slice().buffer);
     const places: Vec3[] = [];
     while (nodes.more) {
-      const place = [nodes.u16(), nodes.u16(), nodes.u16()].map(
+      const place = [nodes.i16(), nodes.i16(), nodes.i16()].map(
         (index, i) => this.origin[i] + this.pitch * (index + 0.5),
       ) as Vec3;
       places.push(place);

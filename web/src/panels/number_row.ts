@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-// Makes a slider row with a number that can be typed. A screen reader hears its name and unit.
-// Sizes change by ratios along the slider. The slider keeps its id and its value, which other parts
-// read, set and listen to.
+// Makes a slider row with a number that can be typed. Screen readers read its name and unit. For
+// sizes, equal distances on the slider are equal ratios. The slider keeps its id and its value, so
+// other parts of the page can use it like any slider.
 import { t } from "../base/texts";
 /**
- * Meaning of a slider's value: the shown number, the shown number on a slider of ratios, or the
- * number's logarithm.
+ * The meaning of a slider's value. "linear": the shown number. "ratio": the same, on a slider of
+ * equal ratios. "exponent": the logarithm of the shown number.
  */
 export type Scale = "linear" | "ratio" | "exponent";
 

@@ -11,7 +11,7 @@ export interface Preset {
   name: string;
   /** A shape, or "brush:" and a mode. */
   item: string;
-  /** The numbers by the ids of their controls, as in tool_memory.ts. */
+  /** The numbers and choices by the ids of their controls, as in tool_memory.ts. */
   values: Record<string, string>;
 }
 
@@ -31,20 +31,26 @@ const KEY = /^[a-z][a-z-]*$/;
 const MAX_TEXT = 100,
   MAX_LINES = 10000;
 
+const isNumber = (text: string): boolean => Number.isFinite(Number(text));
+/** A choice from a list, such as a texture. */
+const CHOICE = /^[a-z_]+$/;
+
 export const toToml = (presets: Preset[]): string =>
   presets
     .map(({ name, item, values }) => {
       const [kind, value] = item.startsWith(BRUSH)
         ? ["brush", item.slice(BRUSH.length)]
         : ["tool", item];
-      const numbers = Object.entries(values).map(([key, number]) => `${key} = ${number}`);
-      return ["[[preset]]", `name = ${JSON.stringify(name)}`, `${kind} = "${value}"`, ...numbers]
+      const lines = Object.entries(values).map(
+        ([key, text]) => `${key} = ${isNumber(text) ? text : JSON.stringify(text)}`,
+      );
+      return ["[[preset]]", `name = ${JSON.stringify(name)}`, `${kind} = "${value}"`, ...lines]
         .join("\n")
         .concat("\n");
     })
     .join("\n");
 
-/** The value as text. Numbers and texts are the same then. */
+/** The value as text, whether it is a number or a text. */
 function valueOf(text: string, line: number): string {
   const string = /^("(?:\\.|[^"\\])*")\s*(#.*)?$/.exec(text);
   if (string) {
@@ -83,7 +89,7 @@ export function fromToml(text: string, known: (item: string) => boolean): Preset
       else if (key === "tool" || key === "brush") {
         last.item = key === "brush" ? BRUSH + read : read;
         if (!known(last.item)) throw new PresetError(line, "tool");
-      } else if (Number.isFinite(Number(read))) last.values[key] = read;
+      } else if (isNumber(read) || CHOICE.test(read)) last.values[key] = read;
       else throw new PresetError(line, "value");
     });
   for (const { preset, line } of presets) {

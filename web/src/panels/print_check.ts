@@ -21,7 +21,7 @@ export class PrintCheck {
       input(id).addEventListener("change", () => this.ask());
   }
 
-  /** Whether the surface is shown in colours that are not its own. */
+  /** True if the surface is shown in colours that are not its own. */
   get inColours(): boolean {
     return this.checking;
   }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Saved views of a document: camera positions that the user comes back to. The browser keeps them
-// by the document's name.
+// Saved views of a document: camera positions. The browser keeps them by the document's name.
 import { element } from "../base/dom";
 import { notify } from "../base/notice";
 import { t } from "../base/texts";

@@ -19,7 +19,7 @@ export class Settings {
       const { id, name } = event.target as Control;
       if (names.includes(id) || names.includes(name)) this.keep();
     });
-    // Key actions change controls without an event.
+    // Controls that a key action has changed send no event, so they are stored here.
     window.addEventListener("pagehide", () => this.keep());
   }
   private restored = false;

@@ -200,7 +200,7 @@ export class Splines {
     this.view.cameras.controls.enabled = true;
   }
 
-  /** Edits the last applied spline. Meanwhile the piece is shown as before that step. */
+  /** Edits the last applied spline. Meanwhile the piece is shown as it was before that step. */
   private async edit(): Promise<void> {
     if (!this.holds()) return;
     const answer = await request("/spline").catch(() => null);
@@ -269,7 +269,8 @@ export class Splines {
   }
 
   /**
-   * Projects an extruded profile into one plane. The plane faced the viewer when the profile began.
+   * Projects an extruded profile into one plane: the one that faced the viewer when the profile
+   * began.
    */
   private flatten(): void {
     put("spline-size-name", t(this.kind === "extrude" ? "length" : "radius"));

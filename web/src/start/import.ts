@@ -14,6 +14,7 @@ import {
   volumeShape,
   type Picture,
 } from "./import_view";
+import { JobDialog, type Job } from "./job_dialog";
 import type { Material } from "../view/wood";
 import type { Vec3 } from "../base/vec3";
 
@@ -42,7 +43,8 @@ interface Volume {
   area_mm2: number;
   labels: { label: number; name: string; volume_mm3: number; material: number }[];
 }
-type Brought = (Mesh | Relief | Volume) & { import: string; ray_bytes: number; free_bytes: number };
+type Shape = (Mesh | Relief | Volume) & { import: string; ray_bytes: number; free_bytes: number };
+type Brought = Shape | Job;
 
 const UNITS: [string, string, number][] = [
   ["mm", t("millimetres"), 1],
@@ -85,7 +87,8 @@ export class Importer {
   private view: ImportView | null = null;
   private turns = 0; // counts uploads
   private reading: Promise<void> = Promise.resolve(); // the studio reads one file at a time
-  private brought: Brought | null = null;
+  private brought: Shape | null = null;
+  private jobs = new JobDialog((path, about) => this.address(path, about));
   private shape: THREE.BufferGeometry | null = null;
   private picture: Picture | null = null;
   private up = "z";
@@ -98,7 +101,7 @@ export class Importer {
     const box = dialog("importing");
     select("import-up").replaceChildren(...UPS.map((name) => new Option(name.toUpperCase(), name)));
     box.querySelector<HTMLButtonElement>("button[value=no]")!.onclick = () => box.close("no");
-    // The event comes a little after closing. The dialog may have been opened again by then.
+    // The event arrives a little after the dialog was closed. By then, it may be open again.
     box.onclose = () => !box.open && box.returnValue !== "yes" && this.drop();
     box.querySelector("form")!.onsubmit = (event) => {
       event.preventDefault();
@@ -132,7 +135,7 @@ export class Importer {
 
   /** Closes the dialog. Returns whether a file was waiting. */
   leave(): boolean {
-    const waited = dialog("importing").open;
+    const waited = dialog("importing").open || this.jobs.leave();
     this.turns++;
     this.brought = null;
     dialog("importing").close("yes");
@@ -142,23 +145,25 @@ export class Importer {
   /**
    * Uploads a file and opens the dialog. A newer file replaces one that is still being read.
    * `within` is the longest side [mm] of the piece that receives the body. 0: the file becomes a
-   * document.
+   * document, or a milling job that may have more files: `all`.
    */
-  bring(file: File, within = 0): Promise<void> {
+  bring(file: File, within = 0, all = [file]): Promise<void> {
     const turn = ++this.turns,
       bringing = t("reading_file", { file: file.name });
     this.within = within;
     notify(bringing);
-    this.reading = this.reading.then(() => this.read(file, turn, bringing));
+    this.reading = this.reading.then(() => this.read(file, all, turn, bringing));
     return this.reading;
   }
 
-  private async read(file: File, turn: number, bringing: string): Promise<void> {
+  private async read(file: File, all: File[], turn: number, bringing: string): Promise<void> {
     if (turn !== this.turns) return;
+    const about: Record<string, string> = { name: file.name };
+    if (all.length > 1) about.files = JSON.stringify(all.map(({ name, size }) => ({ name, size })));
     try {
-      const answer = await request(this.address("import", { name: file.name }), {
+      const answer = await request(this.address("import", about), {
         method: "POST",
-        body: file,
+        body: all.length > 1 ? new Blob(all) : file,
       });
       if (turn !== this.turns) return;
       clearNotice(bringing);
@@ -168,6 +173,7 @@ export class Importer {
         return why ? notify(why) : undefined;
       }
       const brought = (await answer.json()) as Brought;
+      if (brought.kind === "program") return this.jobs.open(brought);
       const look = await request(this.address("import", { import: brought.import }));
       if (!look.ok) return notify(await look.text());
       const data = await look.arrayBuffer();
@@ -181,7 +187,7 @@ export class Importer {
     return `/${path}?${new URLSearchParams({ page: this.page, ...about }).toString().replaceAll("+", "%20")}`;
   }
 
-  private ask(brought: Brought, data: ArrayBuffer, name: string): void {
+  private ask(brought: Shape, data: ArrayBuffer, name: string): void {
     this.brought = brought;
     this.shape?.dispose();
     this.shape = this.picture = null;
@@ -193,7 +199,7 @@ export class Importer {
         (of !== undefined && !of.split(" ").includes(brought.kind)) ||
         (use !== undefined && (use === "body") !== this.within > 0);
       if (of === undefined) continue;
-      // Hidden fields need no valid value.
+      // A disabled field is not validated, so hidden fields cannot block the form.
       for (const field of part.querySelectorAll("input")) field.disabled = part.hidden;
     }
     const wood = select("import-wood");

@@ -33,17 +33,21 @@ export class Start {
     const file = element<HTMLInputElement>("file");
     file.accept = IMPORTS;
     file.onchange = () => {
-      const chosen = file.files?.[0];
-      if (chosen) void this.importer.bring(chosen);
+      this.bring(file.files);
       file.value = ""; // so that the same file can be chosen again
     };
     const box = element("start");
     box.addEventListener("dragover", (event) => event.preventDefault());
     box.addEventListener("drop", (event) => {
       event.preventDefault();
-      const dropped = event.dataTransfer?.files[0];
-      if (dropped) void this.importer.bring(dropped);
+      this.bring(event.dataTransfer?.files);
     });
+  }
+
+  /** Several files are a milling job. */
+  private bring(files: FileList | null | undefined): void {
+    const all = [...(files ?? [])];
+    if (all.length > 0) void this.importer.bring(all[0], 0, all);
   }
 
   /** Shows the start page with the studio's lists. Returns the examples. */

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 // The brushes that replace the tool: one row for each mode that reshapes by a brush.
 import { t } from "../base/texts";
-import type { Mode } from "../connection/kinds";
+import { ALPHAS, type Mode } from "../connection/kinds";
 
 interface Row {
   name: string;
-  /** What the brush does, and how it acts on the hand. */
+  /** A text for the user: what the brush does, and its force on the hand. */
   about: string;
   /** The content of an SVG of 24 by 24. */
   icon: string;
@@ -20,8 +20,10 @@ interface Row {
    * Not set: the brush acts along the pointer's path.
    */
   follows?: "drags" | "turns" | "scales";
-  /** Whether the brush can keep the volume. */
+  /** True if the brush can keep the volume. */
   keeps?: boolean;
+  /** True if a negative strength does the opposite. Ctrl inverts the strength then. */
+  signed?: boolean;
   /** The default key. */
   key: string;
 }
@@ -54,6 +56,7 @@ export const BRUSHES: Partial<Record<Mode, Row>> = {
     about: t("brush_inflate_about"),
     icon: '<path d="M2 19h5c0-9 10-9 10 0h5M12 9V3M9 6l3-3 3 3" />',
     strength: 0.5,
+    signed: true,
     key: "i",
   },
   flatten: {
@@ -82,6 +85,7 @@ export const BRUSHES: Partial<Record<Mode, Row>> = {
     about: t("brush_crease_about"),
     icon: '<path d="M2 8c6 0 8 2 10 10 2-8 4-10 10-10" />',
     strength: 0.5,
+    signed: true,
     key: "c",
   },
   grab: {
@@ -92,6 +96,22 @@ export const BRUSHES: Partial<Record<Mode, Row>> = {
     follows: "drags",
     keeps: true,
     key: "g",
+  },
+  grab_connected: {
+    name: t("brush_grab_connected"),
+    about: t("brush_grab_connected_about"),
+    icon: '<path d="M2 20h4c4 0 3-8 6-8s2 8 6 8h4M12 12V4M9 7l3-3 3 3M3 3c6 4 12 4 18 0" />',
+    strength: 1,
+    follows: "drags",
+    key: "Shift+q",
+  },
+  snake_hook: {
+    name: t("brush_snake_hook"),
+    about: t("brush_snake_hook_about"),
+    icon: '<path d="M2 20h5c4 0 3-6 4-9s5-3 5-6M16 20h6M16 20c-3-3 1-8 3-11M13 3l4 1-1 4" />',
+    strength: 1,
+    follows: "drags",
+    key: "z",
   },
   nudge: {
     name: t("brush_nudge"),
@@ -123,6 +143,7 @@ export const BRUSHES: Partial<Record<Mode, Row>> = {
     icon: '<path d="M2 12h7M6 9l3 3-3 3M22 12h-7M18 9l-3 3 3 3M12 4v16" />',
     strength: 1,
     follows: "drags",
+    signed: true,
     key: "j",
   },
   scale: {
@@ -140,6 +161,14 @@ export const BRUSHES: Partial<Record<Mode, Row>> = {
     strength: 1,
     follows: "drags",
     key: "y",
+  },
+  mask: {
+    name: t("brush_mask"),
+    about: t("brush_mask_about"),
+    icon: '<path d="M3 6c6 3 12 3 18 0 0 9-3 14-9 14S3 15 3 6zM7 11h3M14 11h3" />',
+    strength: 1,
+    signed: true,
+    key: "4",
   },
   paint: {
     name: t("brush_paint"),
@@ -179,6 +208,11 @@ export const brushButtons = (): string =>
     const { name, about, icon, key } = BRUSHES[mode]!;
     return `<label title="${name}: ${about} (${key.toUpperCase()})"><input type="radio" name="brush" value="${mode}" aria-label="${name}" /><svg viewBox="0 0 24 24" aria-hidden="true">${icon}</svg><span aria-hidden="true">${name}</span></label>`;
   }).join("");
+/** The options of the list of textures. Own pictures are offered to scenes only. */
+export const alphaOptions = (): string =>
+  ALPHAS.filter((alpha) => alpha !== "picture")
+    .map((alpha) => `<option value="${alpha}">${t(`alpha_${alpha}`)}</option>`)
+    .join("");
 export function fillPalette(palette: HTMLElement): void {
   palette.replaceChildren(
     ...PALETTE.map(([color, name]) => {

@@ -7,7 +7,7 @@ import { MESHES } from "../connection/kinds";
 import { write } from "../connection/messages";
 import { setStamp } from "./tools";
 
-/** Letters and pictures are requested after this time without input [ms]. */
+/** The page requests letters and pictures after this time without input [ms]. */
 const STILL_MS = 250;
 /** Max file size. It equals the limit of a message [bytes]. */
 const MAX_BYTES = 1_000_000;

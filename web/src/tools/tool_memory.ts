@@ -5,7 +5,7 @@ import { input } from "../base/dom";
 const STORE = "kibori.tools";
 /** The controls that are kept, by their ids. Check boxes are kept as "1" or "0". */
 const OF_TOOLS = ["size", "depth", "strength", "form", "powered"] as const;
-const OF_BRUSHES = ["size", "brush-strength", "falloff", "keep"] as const;
+const OF_BRUSHES = ["size", "brush-strength", "falloff", "alpha", "keep"] as const;
 /** The values of a tool or brush that was never used. */
 const USUAL: Record<string, string> = {
   size: "4",
@@ -13,6 +13,7 @@ const USUAL: Record<string, string> = {
   strength: "200",
   powered: "1",
   falloff: "0",
+  alpha: "none",
   keep: "0",
 };
 
@@ -49,7 +50,7 @@ export class ToolMemory {
       }),
     );
   }
-  /** Sets the controls to the values of the tool or brush. `own` are its values at first use. */
+  /** Sets the controls to the values of the tool or brush. `own`: its values before first use. */
   recall(name: string, brush: boolean, own: Values): void {
     const values = { ...USUAL, ...own, ...this.kept[name] };
     for (const id of controlsOf(brush)) {

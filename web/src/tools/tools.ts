@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The tools that a user can pick up. A row for each shape holds its texts, its options and how it
-// is drawn. A shape of the library without a row here does not compile.
+// The tools that a user can pick up. Each shape has a row with its texts, its options and how it is
+// drawn. If the library has a shape without a row here, this file does not compile.
 import { t } from "../base/texts";
 import * as THREE from "three";
 import { toCreasedNormals } from "three/examples/jsm/utils/BufferGeometryUtils.js";
@@ -12,7 +12,7 @@ export type HeldTool = Exclude<Tool, { shape: "halfspace" }>;
 export type Shape = HeldTool["shape"];
 type Of<S extends Shape> = Extract<HeldTool, { shape: S }>;
 
-/** The one number of a tool that the user chooses in addition to the radius. */
+/** A number that the user sets in addition to the radius. A shape has at most one. */
 interface Form {
   name: string;
   unit: string;
@@ -33,14 +33,14 @@ interface Row<S extends Shape> {
   /** A press drives the tool in, independent of the hand. */
   pressed?: boolean;
   form?: Form;
-  /** Whether the tool's rotation about its axis matters. */
+  /** True if the tool's rotation about its axis matters. */
   turns?: boolean;
-  /** Whether the tool turns its edge across or along its path. */
+  /** True if the tool turns its edge across or along its path. */
   leads?: boolean;
   make(radius: number, form: number): Of<S>;
   /** The distance from the tip to the other end [mm]. */
   height(tool: Of<S>): number;
-  /** The tool with at most this height, where its shape allows that. */
+  /** The tool, not higher than this if its shape can be shortened. */
   shortened(tool: Of<S>, height: number): Of<S>;
   /** The text that distinguishes it from others of its shape. */
   size(tool: Of<S>): string;
@@ -98,9 +98,9 @@ function pointed({
 }
 
 /**
- * A blade as a carver holds it, leaning back from its edge. `outline` is the edge seen along the
- * path, from one side to the other [mm]. `wall` is the steel above it. The cutting solid is
- * upright. Both agree at the edge.
+ * A blade as it is drawn: it leans back from its edge, as a carver holds it. `outline` is the edge
+ * seen along the path, from one side to the other [mm]. `wall` is the thickness of the steel above
+ * it. The solid that cuts is upright; both have the same edge.
  */
 function leaning(outline: [number, number][], wall: number): THREE.BufferGeometry {
   const inner = [...outline].reverse().map(([y, z]): [number, number] => {
@@ -564,7 +564,7 @@ export const TOOLS: { [S in Shape]: Row<S> } = {
   },
 };
 export const SHAPES = Object.keys(TOOLS) as Shape[];
-/** One tool of every shape, for tests. `share` places its own number between min and max. */
+/** One tool of every shape, for tests. `share` sets the number of its Form: 0 is min, 1 is max. */
 export const everyTool = (radius: number, share: number): HeldTool[] =>
   SHAPES.map((shape) => {
     const { form, make } = TOOLS[shape];

@@ -29,7 +29,7 @@ const zUp = (v: THREE.Vector3): THREE.Vector3 => v.set(v.x, -v.z, v.y);
 export class Cameras {
   readonly controls: OrbitControls;
   current: THREE.PerspectiveCamera | THREE.OrthographicCamera;
-  /** Whether anything was framed. */
+  /** True if anything was framed. */
   framed = false;
   /** The size of a picture that is being taken. Null: the canvas has the window's size. */
   size: Size | null = null;
@@ -38,7 +38,8 @@ export class Cameras {
   private ray = new THREE.Raycaster();
   private covered = NOTHING;
   private radius = 0; // of the framed sphere
-  // Width over height of the free area, at most 1. FIELD spans this share of its height.
+  // The free area's width divided by its height, at most 1. FIELD spans this share of the area's
+  // height.
   private share = 1;
   private half = 1; // half of the free area's shorter side at zoom 1 in the parallel camera [mm]
   private turning = 0; // counts camera turns, to cancel older ones
@@ -99,6 +100,21 @@ export class Cameras {
     const at = new THREE.Vector3(...place).project(this.current);
     return { x: r.left + ((1 + at.x) / 2) * r.width, y: r.top + ((1 - at.y) / 2) * r.height };
   }
+  /** The transform from the world to points of the window, in homogeneous coordinates. */
+  get toScreen(): THREE.Matrix4 {
+    const { left, top, width, height } = this.canvas.getBoundingClientRect(),
+      { current } = this;
+    current.updateMatrixWorld();
+    // prettier-ignore
+    return new THREE.Matrix4(
+      width / 2, 0, 0, left + width / 2,
+      0, -height / 2, 0, top + height / 2,
+      0, 0, 1, 0,
+      0, 0, 0, 1,
+    )
+      .multiply(current.projectionMatrix)
+      .multiply(current.matrixWorldInverse);
+  }
   /** The direction from a point towards the eye. */
   towardsEye(point: THREE.Vector3): THREE.Vector3 {
     if (this.orthographic)
@@ -152,7 +168,7 @@ export class Cameras {
   get orthographic(): boolean {
     return this.current === this.parallel;
   }
-  /** Switches the projection. The size of what is in the centre stays the same. */
+  /** Switches the projection. Objects in the centre keep their size on the screen. */
   set orthographic(on: boolean) {
     if (on === this.orthographic) return;
     this.turning++;
@@ -162,7 +178,7 @@ export class Cameras {
     if (on) {
       this.half = half * this.share * far;
       this.parallel.zoom = 1;
-      // Move back from a close eye. Parts behind the camera would be invisible.
+      // Move back if the eye was close. Otherwise parts of the solid would be behind the camera.
       far = Math.max(far, 4 * this.radius);
     } else far = this.half / this.share / this.parallel.zoom / half;
     this.current = on ? this.parallel : this.perspective;
@@ -185,7 +201,8 @@ export class Cameras {
     );
     const end = new THREE.Spherical().setFromVector3(asUp(new THREE.Vector3(...from)));
     end.phi = Math.min(Math.PI - 0.001, Math.max(0.001, end.phi));
-    // From above and below, keep the nearest side in front.
+    // For views from above and below: the side that was nearest to the viewer stays at the bottom
+    // of the picture.
     if (Math.abs(from[2]) > 0 && from[0] === 0 && from[1] === 0)
       end.theta = Math.round(begin.theta / (Math.PI / 2)) * (Math.PI / 2);
     const around =
@@ -267,7 +284,7 @@ export class Cameras {
       this.share = share;
     }
     if (this.orthographic) {
-      // Relative to the whole window, so that the solid follows a pointer exactly.
+      // The parallel camera covers the whole window, so that the solid follows a pointer exactly.
       parallel.top = (this.half * h) / Math.min(wide, high);
       parallel.right = (this.half * w) / Math.min(wide, high);
       parallel.bottom = -parallel.top;

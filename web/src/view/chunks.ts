@@ -32,9 +32,13 @@ export function unpack(
     at += 2;
     return view.getUint16(at - 2, true);
   };
+  const i16 = (): number => {
+    at += 2;
+    return view.getInt16(at - 2, true);
+  };
   const step = lattice.pitch / STEPS;
   while (at < data.byteLength) {
-    const place = [u16(), u16(), u16()];
+    const place = [i16(), i16(), i16()];
     const vertices = view.getUint32(at, true);
     const triangles = view.getUint32(at + 4, true);
     const isPainted = view.getUint16(at + 8, true) !== 0;
@@ -51,7 +55,7 @@ export function unpack(
     }
     const index = new Uint16Array(3 * triangles);
     for (let i = 0; i < index.length; i++) index[i] = u16();
-    // Red, green, blue, and whether the vertex is painted.
+    // Red, green, blue, and the mask: see Chunks in messages.ts.
     const paint = new Uint8Array(4 * vertices);
     if (isPainted) {
       paint.set(data.subarray(at, at + paint.length));

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 // A solid with fewer triangles, for machines without a graphics card while the camera moves. In
 // each chunk, one vertex replaces the vertices near it. Vertices at a chunk's edge stay, because
-// the neighbour shares them. So no crack opens.
+// the neighbouring chunk has them, too. So there is no gap between chunks.
 import * as THREE from "three";
 import { CELLS, cornerOf, type Lattice } from "./chunks";
 
 const WIDE = 3; // cells along each side that one vertex replaces
-// Along each side; the neighbours' cells reach into the chunk.
+// Number of replacing vertices along each side. A chunk also has vertices in the last cell of the
+// chunk before it.
 const PLACES = Math.ceil((CELLS + 1) / WIDE);
 
 /**
@@ -90,6 +91,9 @@ export class Coarse {
         this.group.add(coarse);
       }
       coarse.material = mesh.material;
+      // Set only after the user has hidden something.
+      const { hidden } = mesh.geometry.attributes;
+      if (hidden) coarse.geometry.setAttribute("hidden", hidden);
     }
     for (const mesh of gone) {
       const coarse = this.made.get(mesh)!;

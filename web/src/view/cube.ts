@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The view cube. It turns with the camera. Its faces, edges and corners are buttons for views. It
-// is one stop of the Tab key, and the arrow keys select the next view, 45 degrees further.
+// The view cube. It turns with the camera. Its faces, edges and corners are buttons for views. The
+// Tab key stops once at the cube. Then the arrow keys select the next view, 45 degrees further.
 import { t } from "../base/texts";
 import type * as THREE from "three";
 import type { Vec3 } from "../base/vec3";
@@ -93,7 +93,7 @@ export class ViewCube {
     const [x, y, z] = this.at;
     let to: Vec3;
     if (x === 0 && y === 0) {
-      // From above or below, it moves down to the front.
+      // From the top or bottom face, the arrow leads to the edge at the front.
       if (up === 0 || up === z) return;
       to = [0, -1, z];
     } else if (up !== 0 && z === up) to = [0, 0, up];

@@ -11,7 +11,7 @@ interface Frame {
 const KEY_EVERY_S = 1;
 const BITS_A_PIXEL = 0.2;
 
-/** Whether this browser can make films. */
+/** True if this browser can make films. */
 export const canFilm = (): boolean => typeof VideoEncoder === "function";
 
 export class Film {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-// Marks around the solid: symmetry planes and axis, the plane for depth, the ring under the
-// pointer, and the grid on the ground. Lengths are in mm.
+// Marks around the solid: symmetry planes and axis, the plane from which depth is measured, the
+// ring under the pointer, and the grid on the ground. Lengths are in mm.
 import * as THREE from "three";
 import type { Hit } from "./pick";
 
 const BLUE = 0x0072b2;
 /** Colours of the ring. They are distinct for colour-blind users. */
 const RING = { usual: BLUE, inverts: 0xd55e00, smooths: 0x009e73 };
-/** Opacity of the disc in the ring where the brush acts fully. */
+/** Opacity of the disc inside the ring, at the places where the brush has its full effect. */
 const FULL = 0.45;
 const RINGS = 10,
   SEGMENTS = 48;

@@ -12,7 +12,7 @@ const ROUGH = 0.4; // resolution factor while the camera moves on a slow machine
 /** Opacity of the solid while its inside is shown. */
 const GHOST = 0.3;
 
-/** Whether the browser draws without a graphics card. */
+/** True if the browser draws without a graphics card. */
 function drawnBySoftware(): boolean {
   const probe = document.createElement("canvas").getContext("webgl2");
   const about = probe?.getExtension("WEBGL_debug_renderer_info");
@@ -44,9 +44,9 @@ export class Painter {
   still = false;
   /** The number of drawn frames. */
   frames = 0;
-  /** Whether the solid is transparent. */
+  /** True if the solid is transparent. */
   ghostly = false;
-  /** Whether drawing is slow: fewer pixels while the camera moves, and shadows only at rest. */
+  /** True if drawing is slow: fewer pixels while the camera moves, and shadows only at rest. */
   slow = drawnBySoftware();
   /** Called before a frame, when the camera is in its place. */
   beforeSolid: () => void = () => undefined;
@@ -93,7 +93,7 @@ export class Painter {
     new ResizeObserver(() => this.redraw()).observe(canvas);
   }
 
-  /** Whether the solid is shown at full quality. */
+  /** True if the solid is shown at full quality. */
   get settled(): boolean {
     return (
       !this.requested &&
@@ -135,8 +135,8 @@ export class Painter {
   /** Reduces the resolution if frames take long. */
   private adapt(requested: number, now: number): void {
     const took = now - this.began;
-    // The interval between frames measures their cost only if each is requested right after the
-    // previous one.
+    // The time between two frames is the time that a frame takes, but only if each is requested
+    // right after the previous one.
     this.late = requested - this.ended < 25 && took > 60 && took < 400 ? this.late + 1 : 0;
     if (this.late < 4) return;
     this.late = 0;
@@ -146,8 +146,8 @@ export class Painter {
   private refineAtRest(): void {
     window.clearTimeout(this.resting);
     const rest = (): void => {
-      // A stroke is drawn into the image that it began with. A rough image is first drawn at full
-      // quality.
+      // A stroke is drawn into one image from its beginning to its end. Before it, a rough image is
+      // drawn again at full quality.
       if ((this.solid.inStroke && this.image === this.best) || this.still || this.cameras.size)
         this.resting = window.setTimeout(rest, REST_MS);
       else this.render(true);

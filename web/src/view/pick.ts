@@ -18,15 +18,38 @@ interface Met {
   leaves: boolean; // the ray leaves the solid there
 }
 
-// Tolerance at triangle sides. Each side is rounded on its own, and a ray between two triangles
-// must hit one of them.
+// Tolerance at the sides of triangles. Two neighbours compute their common side with different
+// rounding, but a ray at this side must hit one of them.
 const SLACK = 1e-9;
+
+/** What rays pass through: what is masked, and the parts that the user has hidden. */
+export interface Passes {
+  masked: boolean;
+  parts: boolean;
+}
+
+/** The mask at a point of a triangle, 0 to 1. The fourth byte of the paint holds it (color.h). */
+function maskAt(geometry: THREE.BufferGeometry, corners: number[], u: number, v: number): number {
+  const paint = geometry.attributes.paint.array;
+  const [a, b, c] = corners.map((corner) => {
+    const high = paint[4 * corner + 3];
+    return (high > 127 ? 255 - high : high) / 127;
+  });
+  return (1 - u - v) * a + u * b + v * c;
+}
+
+/** How far a point of a triangle is within hidden parts: see hidden_parts.ts. */
+function hiddenAt(geometry: THREE.BufferGeometry, corners: number[], u: number, v: number): number {
+  const [a, b, c] = corners.map((corner) => geometry.attributes.hidden.array[corner]);
+  return (1 - u - v) * a + u * b + v * c;
+}
 
 function meet(
   geometry: THREE.BufferGeometry,
   ray: THREE.Ray,
   near: number,
   far: number,
+  passes: Passes,
 ): Met | null {
   const p = geometry.attributes.position.array,
     index = geometry.index!.array;
@@ -60,8 +83,11 @@ function meet(
     if (v < -SLACK || u + v > 1 + SLACK) continue;
     const at = (e2x * qx + e2y * qy + e2z * qz) / det;
     if (at < near || at >= far) continue;
+    const corners: [number, number, number] = [index[i], index[i + 1], index[i + 2]];
+    if (passes.masked && maskAt(geometry, corners, u, v) > 0.5) continue;
+    if (passes.parts && hiddenAt(geometry, corners, u, v) > 0) continue;
     far = at;
-    met = { at, geometry, corners: [index[i], index[i + 1], index[i + 2]], u, v, leaves: det < 0 };
+    met = { at, geometry, corners, u, v, leaves: det < 0 };
   }
   return met;
 }
@@ -74,6 +100,7 @@ export function firstHit(
   surface: Iterable<THREE.BufferGeometry>,
   ray: THREE.Ray,
   section: THREE.Plane | null,
+  passes: Passes,
 ): Hit | null {
   let near = 0,
     far = Infinity;
@@ -103,7 +130,7 @@ export function firstHit(
   let met: Met | null = null;
   for (const { from, geometry } of candidates) {
     if (from >= far) break;
-    const nearer = meet(geometry, ray, near, far);
+    const nearer = meet(geometry, ray, near, far, passes);
     if (nearer) far = (met = nearer).at;
   }
   if (!met) return null;

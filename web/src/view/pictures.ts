@@ -33,7 +33,7 @@ export class Pictures {
     private hidden: THREE.Object3D[],
   ) {}
 
-  /** Takes a picture without the tool. Null if the browser cannot. */
+  /** Takes a picture without the tool. Null if the browser cannot encode it. */
   async capture(of: Capture): Promise<Blob | null> {
     let picture: Promise<Blob | null> | null = null;
     await this.sized(of, async () => {

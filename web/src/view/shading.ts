@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-// Draws the solid as an image. Chunks are drawn into buffers for light, normals and depth. Each
-// pixel is then shaded by its surroundings: ambient occlusion and cavity. The image is kept. While
-// solid and camera rest, a frame is this image with the moving parts over it.
+// Draws the solid as an image. Chunks are drawn into buffers for light, normals and depth. Then
+// each pixel is shaded by its surroundings: ambient occlusion and cavity. The image is kept. While
+// solid and camera rest, a new frame consists of this image and the moving parts over it.
 //
 //     draw: chunks ─► light, normals, depth ─► hollows ─► image, depth        show: image, depth ─► the canvas
 //
-// If only some chunks have changed, draw() takes only their rectangle of the screen.
+// If only some chunks have changed, draw() draws only the rectangle of the screen that they cover.
 import * as THREE from "three";
 import { FullScreenQuad } from "three/examples/jsm/postprocessing/Pass.js";
 import { FXAAShader } from "three/examples/jsm/shaders/FXAAShader.js";
@@ -15,16 +15,15 @@ varying vec2 vUv;
 void main() { vUv = uv; gl_Position = vec4(position.xy, 0.0, 1.0); }`;
 
 // Positions in the camera's frame. The fourth component of the normals says what a pixel shows: 0
-// nothing, 0.5 the surface, 1 the inside of the solid, visible through the section. The position of
-// the inside is taken on the section's plane.
+// nothing, 0.5 the surface, 1 the inside of the solid, which is visible through the section. The
+// inside counts as if it were on the section's plane.
 const PLACES = /* glsl */ `
 varying vec2 vUv;
 uniform sampler2D tDepth, tNormal;
 uniform mat4 unproject;
 uniform bool perspective, cut;
 uniform vec4 section;
-// The z coordinate of the surface, also where the section cuts it. It depends on the depth only,
-// not on uv.
+// The z coordinate of the surface with this depth. It ignores the section.
 float farAt(float depth) {
   float z = 2.0 * depth - 1.0;
   return (unproject[2].z * z + unproject[3].z) / (unproject[2].w * z + unproject[3].w);
@@ -132,7 +131,7 @@ export interface Shades {
   hollows: boolean;
   /** 0: none. */
   cavity: number;
-  /** Whether light is compressed to the screen's range. A matcap already has final colours. */
+  /** True if light is compressed to the screen's range. A matcap already has final colours. */
   toned: boolean;
   /** Max distance of parts that hide the sky [mm]. */
   reach: number;
@@ -315,7 +314,7 @@ export class SolidImage {
   }
 
   /**
-   * Draws the image with its depth on the canvas, so that the solid hides later drawing correctly.
+   * Draws the image with its depth on the canvas. So the solid hides what is later drawn behind it.
    * With an opacity below 1 the solid is transparent and hides nothing.
    */
   show(opacity = 1): void {

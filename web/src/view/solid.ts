@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-// The surfaces of the bodies, chunk by chunk as the studio sends them. It shows them, marks
-// protected bodies, and intersects rays with them. Lengths are in mm.
+// The surfaces of the bodies, in the chunks that the studio sends. This file shows them, marks
+// protected bodies, and finds where rays meet them. Lengths are in mm.
 import * as THREE from "three";
 import type { Body } from "./body";
 import { pack, unpack, type Lattice } from "./chunks";
+import { HiddenParts } from "./hidden_parts";
 import { firstHit, type Hit } from "./pick";
 import type { Wood } from "./wood";
 
@@ -44,16 +45,18 @@ export class Solid {
   lattice: Lattice = { origin: [0, 0, 0], pitch: 1 };
   /** The active body. */
   active = 1;
-  /** Whether all chunks have arrived. */
+  /** The parts that the user has hidden. After a change, call markHidden(). */
+  readonly hidden = new HiddenParts();
+  /** True if all chunks have arrived. */
   whole = false;
   /** The spheres of chunks that have changed since the last frame. */
   changed: THREE.Sphere[] = [];
-  /** Whether the light or a shadow caster has changed since the shadows were drawn. */
+  /** True if the light or a shadow caster has changed since the shadows were drawn. */
   shadowsStale = false;
   private poses = new Map<number, THREE.Matrix4>(); // of visible bodies
   private noGo = new Set<number>(); // protected bodies
-  // The chunks as they were when the stroke began. Depth is measured from them, so that the tool
-  // does not sink by itself. Null: there was no chunk.
+  // The chunks as they were when the stroke began. Depth is measured from them: if it were measured
+  // from the new surface, the tool would go deeper and deeper. Null: there was no chunk.
   private before: Map<string, THREE.Mesh | null> | null = null;
 
   constructor(
@@ -73,6 +76,8 @@ export class Solid {
     this.lattice = lattice;
     this.whole = false;
     this.endStroke();
+    this.hidden.clear();
+    this.markHidden();
   }
 
   /** Removes chunks of bodies that are gone, hidden or moved. */
@@ -98,6 +103,7 @@ export class Solid {
       const name = nameOf(place, body);
       this.drop(name);
       if (!made) return;
+      if (this.hidden.any) this.hidden.mark(made);
       const mesh = new THREE.Mesh(made, this.wood.material);
       mesh.castShadow = mesh.receiveShadow = true;
       mesh.matrixAutoUpdate = false;
@@ -153,6 +159,14 @@ export class Solid {
     this.shadowsStale = true;
   }
 
+  /** Marks the hidden parts of all chunks. */
+  markHidden(): void {
+    if (this.hidden.any)
+      for (const mesh of [...this.shown.values(), ...(this.before?.values() ?? [])])
+        if (mesh) this.hidden.mark(mesh.geometry);
+    this.wood.hidesParts = this.hidden.any;
+  }
+
   /** Keeps the current surface, so that hit() can use it during the stroke. */
   beginStroke(): void {
     this.before = new Map();
@@ -168,6 +182,12 @@ export class Solid {
     return this.before !== null;
   }
 
+  /** The number of triangles of all bodies that are shown. */
+  get triangles(): number {
+    let count = 0;
+    for (const mesh of this.shown.values()) count += mesh.geometry.index!.count / 3;
+    return count;
+  }
   /** The chunks of the active body in the studio's format, sorted by place. */
   surface(): Uint8Array {
     return pack(
@@ -196,7 +216,10 @@ export class Solid {
     if (before)
       for (const [name, mesh] of before)
         if (mesh && bodyOf(name) === body) surface.push(mesh.geometry);
-    return firstHit(surface, ray, section);
+    return firstHit(surface, ray, section, {
+      masked: this.wood.hidesMasked,
+      parts: this.hidden.any,
+    });
   }
   /** The first body that a ray meets. Null: none. */
   bodyAt(ray: THREE.Ray, section: THREE.Plane | null): number | null {

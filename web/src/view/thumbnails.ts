@@ -25,8 +25,8 @@ export class Thumbnails {
     like: THREE.DirectionalLight,
     layer: number,
   ) {
-    // A separate sun keeps the shadows of the view's sun unchanged. Each camera sees one sun, so
-    // that materials need no second program.
+    // The view's sun and its shadows must not change, so there is a second sun. Each camera sees
+    // only one of them. So materials need no second shader program.
     this.sun = new THREE.DirectionalLight(like.color, like.intensity);
     this.sun.layers.set(layer);
     this.sun.castShadow = true;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The tool as drawn over the solid, with an arrow for the wood's force on it.
+// Draws the tool over the solid, with an arrow for the wood's force on it.
 import * as THREE from "three";
 import { toolSurface, type HeldTool } from "../tools/tools";
 import type { Vec3 } from "../base/vec3";
@@ -76,12 +76,12 @@ export class ToolFigure {
     this.arrow.setLength(Math.min(40, 6 + 12 * Math.log1p(n)), 3, 1.6);
   }
 
-  /** Whether the tool is more transparent than usual. */
+  /** True if the tool is more transparent than usual. */
   set ghost(on: boolean) {
     this.ghostly = on;
     this.fade();
   }
-  /** Whether the tool cannot work at its position. Only a change is drawn. */
+  /** True if the tool cannot work at its position. Only a change is drawn. */
   set blocked(now: boolean) {
     if (now === this.red) return;
     this.red = now;

@@ -5,6 +5,7 @@ import * as THREE from "three";
 import type { Vec3 } from "../base/vec3";
 import { Cameras } from "./cameras";
 import type { Lattice } from "./chunks";
+import type { ScreenPoint } from "./hidden_parts";
 import { Marks } from "./marks";
 import { Painter } from "./painter";
 import type { Hit } from "./pick";
@@ -15,15 +16,14 @@ import { ToolFigure } from "./tool_figure";
 import { WheelHead } from "./wheel_head";
 import { Wood, type Matcap, type Shading } from "./wood";
 
-/** The direction from the piece to the eye when a document opens. */
 /**
- * Intensity of the light from the eye. It lights what faces the viewer, also where the sun does not
- * reach.
+ * Intensity of the light from the eye. It lights surfaces that face the viewer, even in the shade.
  */
 const FILL = 0.9;
 /** Number of positions on each of two rings around a position, and the cosine of 15 degrees. */
 const AROUND = 12,
   ALIKE = 0.966;
+/** The direction from the piece to the eye when a document opens. */
 const HOME = new THREE.Vector3(-0.55, -1, 0.75);
 
 export class View {
@@ -133,9 +133,9 @@ export class View {
   get pieceSize(): number {
     return this.piece.isEmpty() ? 1 : this.piece.getSize(new THREE.Vector3()).length();
   }
-  /** The box of the lattice. */
+  /** The box of the lattice's base and of the solid, which may have outgrown it. */
   get bounds(): THREE.Box3 {
-    return this.piece.clone();
+    return this.piece.clone().union(this.solid.boxOf(null));
   }
 
   /**
@@ -146,8 +146,8 @@ export class View {
     return this.solid.hit(this.cameras.rayAt(x, y), this.painter.shades.section, began, body);
   }
   /**
-   * The position with the normal of the surface around it: the normal that most of the positions up
-   * to two `radius` [mm] away share. A groove at the position itself does not count.
+   * The position, with the normal of the surface around it instead of its own. It is the normal
+   * that most places within two `radius` [mm] share. So a groove at the position does not count.
    */
   around(at: Hit, radius: number): Hit {
     const middle = this.cameras.onScreen(at.point.toArray() as Vec3),
@@ -167,6 +167,27 @@ export class View {
   /** The body that a point of the window shows. Null: none. */
   bodyAt(x: number, y: number): number | null {
     return this.solid.bodyAt(this.cameras.rayAt(x, y), this.painter.shades.section);
+  }
+  /** Draws what is masked, or hides it. What is hidden cannot be pressed. */
+  hideMasked(hides: boolean): void {
+    this.wood.hidesMasked = hides;
+    this.painter.redrawSolid();
+  }
+  /**
+   * Hides what is behind an outline on the screen, or with `outside` everything else. What is
+   * hidden cannot be pressed.
+   */
+  hide(outline: ScreenPoint[], outside: boolean): void {
+    this.solid.hidden.add(this.cameras.toScreen, outline, outside);
+    this.markHidden();
+  }
+  showAll(): void {
+    this.solid.hidden.clear();
+    this.markHidden();
+  }
+  private markHidden(): void {
+    this.solid.markHidden();
+    this.painter.redrawSolid();
   }
   /** The thickness of the wood under a point of its surface, normal to it [mm]. Null: unknown. */
   thickness(at: Hit): number | null {
@@ -209,7 +230,7 @@ export class View {
     group.visible = there;
     this.wheel.turn(there && turns, () => this.redraw());
   }
-  /** A small picture of the whole piece from HOME without a ground. Null if the browser cannot. */
+  /** A small picture of the whole piece from HOME without a ground. Null if encoding fails. */
   thumbnail(width: number, height: number): Promise<Blob | null> {
     // Always draw it in wood and without a section.
     this.solid.dress(this.wood.pictured);
@@ -221,7 +242,7 @@ export class View {
   // ---- Look
 
   /**
-   * Whether solid and tools are transparent, so that objects of showAid() inside them are visible.
+   * True if solid and tools are transparent, so that objects of showAid() inside them are visible.
    */
   set ghost(on: boolean) {
     this.painter.ghostly = this.tool.ghost = this.secondTool.ghost = on;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The material of the solid: clay, or solid wood with rings about the pith and fibres along it. A
-// cut shows what was inside. The wood is the same function as in kibori/picture/wood.cpp. Change
-// both together.
+// The material of the solid: clay, or wood with rings around the pith and fibres along it. The wood
+// is a function of the position, so a cut shows the rings inside. kibori/picture/wood.cpp has the
+// same function. Change both together.
 import * as THREE from "three";
 import type { Vec3 } from "../base/vec3";
 import { MAX_MATERIALS } from "../connection/kinds";
@@ -55,11 +55,18 @@ const VERTEX = (shader: string): string =>
   shader
     .replace(
       "#include <common>",
-      "#include <common>\nattribute float kind;\nattribute vec4 paint;\nvarying vec3 vPlace;\nvarying vec4 vPaint;\nflat varying int vKind;",
+      "#include <common>\nattribute float kind, hidden;\nattribute vec4 paint;\nvarying vec3 vPlace;\nvarying float vHidden;\nvarying vec4 vPaint;\nvarying float vMask;\nflat varying int vKind;",
     )
     .replace(
       "#include <begin_vertex>",
-      `#include <begin_vertex>\nvPlace = position;\nvPaint = paint;\nvKind = min(int(kind + 0.5), ${MAX_MATERIALS - 1});`,
+      // The fourth byte says whether the vertex is painted, and its mask (0 to 127).
+      `#include <begin_vertex>
+      vPlace = position;
+      int high = int(255.0 * paint.a + 0.5);
+      vPaint = high > 127 ? vec4(paint.rgb, 1.0) : vec4(0.0);
+      vMask = float(high > 127 ? 255 - high : high) / 127.0;
+      vHidden = hidden;
+      vKind = min(int(kind + 0.5), ${MAX_MATERIALS - 1});`,
     );
 const FRAGMENT = (shader: string): string =>
   shader
@@ -68,7 +75,9 @@ const FRAGMENT = (shader: string): string =>
       `#include <common>
       varying vec3 vPlace;
       varying vec4 vPaint;
+      varying float vMask, vHidden;
       flat varying int vKind;
+      uniform float maskShown;
       layout(location = 1) out highp vec4 outNormal;
       uniform vec4 sectionPlane;
       #ifdef SECTION
@@ -81,8 +90,19 @@ const FRAGMENT = (shader: string): string =>
       ${SHADER}`,
     )
     .replace(
+      "#include <clipping_planes_fragment>",
+      // A discard anywhere in a shader makes software renderers slower, so it is compiled only if
+      // something is hidden.
+      "#ifdef HIDES_MASKED\nif (vMask > 0.5) discard;\n#endif\n#ifdef HIDES_PARTS\nif (vHidden > 0.0) discard;\n#endif\n#include <clipping_planes_fragment>",
+    )
+    .replace(
       "#include <normal_fragment_maps>",
       "#include <normal_fragment_maps>\noutNormal = vec4(normal, 0.5);",
+    )
+    // Masked parts are darker.
+    .replace(
+      "#include <opaque_fragment>",
+      "outgoingLight *= mix(vec3(1.0), vec3(0.3, 0.33, 0.4), maskShown * vMask);\n#include <opaque_fragment>",
     );
 
 /** A material, as the studio reports it. */
@@ -91,9 +111,9 @@ export interface Material {
   color: Vec3;
   /** The contrast of its rings, 0 to 1. */
   rings: number;
-  /** How it was cut from its log [mm]; zeros: by the shape of the stock. */
+  /** How it was cut from its log [mm]; zeros: the shape of the stock decides. */
   log: { ring: number; axis: Vec3; pith: Vec3 };
-  /** Whether the direction of a cut matters: the first of these gives the model its log. */
+  /** True if the direction of a cut matters. The first such material defines the model's log. */
   grain: boolean;
   /** The law of its forces in one line. */
   law: string;
@@ -109,7 +129,9 @@ interface Look {
   /** Strength and sharpness of the highlight. */
   shine: number;
   sharp: number;
-  /** How far the light wraps around. 0: not at all. */
+  /**
+   * How far the light reaches around the shape, onto faces that point away from it. 0: not at all.
+   */
   wrap: number;
 }
 const LOOKS: Record<Matcap, Look> = {
@@ -137,15 +159,17 @@ export class Wood {
   private own = new Float32Array(MAX_MATERIALS); // contrasts of the materials
   private contrasts = new Float32Array(MAX_MATERIALS); // the drawn contrasts
   private plane = new THREE.Vector4();
+  private hides = { HIDES_MASKED: false, HIDES_PARTS: false };
 
   constructor() {
-    // A target with only a light buffer drops the normals that a shader writes.
+    // If a render target has only a buffer for light, the normals that a shader writes are dropped.
     const uniforms = {
       pith: { value: this.pith },
       along: { value: this.along },
       ring: this.ring,
       woodColors: { value: this.colors },
       sectionPlane: { value: this.plane },
+      maskShown: { value: 1 },
     };
     const inside = (color: string): string => `#include <opaque_fragment>
       #ifdef SECTION
@@ -157,13 +181,13 @@ export class Wood {
     }
     // Both materials have the same shader text, so that they share one program.
     const wooden =
-      (contrasts: Float32Array) =>
+      (contrasts: Float32Array, more: Record<string, THREE.IUniform> = {}) =>
       (shader: {
         uniforms: Record<string, THREE.IUniform>;
         vertexShader: string;
         fragmentShader: string;
       }): void => {
-        Object.assign(shader.uniforms, uniforms, { contrasts: { value: contrasts } });
+        Object.assign(shader.uniforms, uniforms, { contrasts: { value: contrasts }, ...more });
         shader.vertexShader = VERTEX(shader.vertexShader);
         shader.fragmentShader = FRAGMENT(shader.fragmentShader)
           .replace(
@@ -187,7 +211,9 @@ export class Wood {
           );
       };
     this.woodMaterial.onBeforeCompile = wooden(this.contrasts);
-    this.pictured.onBeforeCompile = wooden(this.own);
+    this.pictured.onBeforeCompile = wooden(this.own, {
+      maskShown: { value: 0 },
+    });
     this.clayMaterial.onBeforeCompile = (shader) => {
       Object.assign(shader.uniforms, uniforms, { clayColor: { value: this.clayColor } });
       shader.vertexShader = VERTEX(shader.vertexShader);
@@ -204,6 +230,27 @@ export class Wood {
     };
   }
 
+  /** Whether what is masked is not drawn. */
+  get hidesMasked(): boolean {
+    return this.hides.HIDES_MASKED;
+  }
+  set hidesMasked(hides: boolean) {
+    this.setHides("HIDES_MASKED", hides);
+  }
+  /** Whether parts that the user has hidden are not drawn: see hidden_parts.ts. */
+  set hidesParts(hides: boolean) {
+    this.setHides("HIDES_PARTS", hides);
+  }
+  private setHides(what: keyof Wood["hides"], hides: boolean): void {
+    if (hides === this.hides[what]) return;
+    this.hides[what] = hides;
+    for (const material of [this.woodMaterial, this.clayMaterial]) {
+      if (hides) material.defines![what] = "";
+      else delete material.defines![what];
+      material.needsUpdate = true;
+    }
+    this.chooseSides();
+  }
   get material(): THREE.Material {
     return this.chosen === "clay" ? this.clayMaterial : this.woodMaterial;
   }
@@ -229,16 +276,26 @@ export class Wood {
     this.clayMaterial.matcap = clay(this.clayFrom, LOOKS[this.look]);
   }
 
-  /** Hides everything behind the plane. Interior faces that become visible are flat. */
+  /** Hides everything behind the plane. The inside that becomes visible is drawn as a flat face. */
   set section(plane: THREE.Plane | null) {
     if (plane) this.plane.set(...plane.normal.toArray(), plane.constant);
     for (const material of [this.woodMaterial, this.clayMaterial]) {
       material.clippingPlanes = plane ? [plane] : null;
-      const side = plane ? THREE.DoubleSide : THREE.FrontSide;
-      if (material.side === side) continue;
-      material.side = side;
+      const cut = material.defines!.SECTION !== undefined;
+      if (cut === (plane !== null)) continue;
       if (plane) material.defines!.SECTION = "";
       else delete material.defines!.SECTION;
+      material.needsUpdate = true;
+    }
+    this.chooseSides();
+  }
+  /** Inner faces are drawn only where a section or what is hidden makes them visible. */
+  private chooseSides(): void {
+    for (const material of [this.woodMaterial, this.clayMaterial]) {
+      const hides = Object.values(this.hides).includes(true);
+      const side = material.clippingPlanes?.length || hides ? THREE.DoubleSide : THREE.FrontSide;
+      if (material.side === side) continue;
+      material.side = side;
       material.needsUpdate = true;
     }
   }
@@ -309,7 +366,7 @@ function clay(key: THREE.Vector3, look: Look): THREE.DataTexture {
       const flat = Math.min(1, n.x * n.x + n.y * n.y);
       n.z = Math.sqrt(1 - flat);
       n.normalize();
-      // The key light wraps around a little, like light that enters the clay.
+      // The key light reaches around the shape a little, like light that enters the clay.
       const lit = Math.max(0, (n.dot(key) + look.wrap) / (1 + look.wrap)) ** 1.3,
         filled = Math.max(0, n.dot(fill)),
         shine = Math.max(0, n.dot(half)) ** look.sharp;

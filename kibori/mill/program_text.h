@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+// The text of a program in memory, by lines, for programs that show it.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <kibori/base/result.h>
+
+namespace kibori {
+
+class ProgramText {
+ public:
+  // Reads a file, plain or gzip. Errors: it cannot be read; it has more than max_bytes of text; a
+  // line of more than 4096 characters.
+  static Result<ProgramText> read(const std::filesystem::path& path, uint64_t max_bytes);
+
+  size_t lines() const { return ends_.size(); }
+  // A line without its end, from 0.
+  std::string_view line(size_t index) const;
+
+ private:
+  std::string text_;
+  std::vector<uint32_t> ends_;  // of each line in text_
+};
+
+}  // namespace kibori
