@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Measures a document of an hour of carving: 10 000 strokes of 0.36 s in a lattice of 1024^3. It
-// reports disk and memory per stroke, and the times of saving, undo, redo and opening.
+// Measures a document after an hour of carving: 10 000 strokes of 0.36 s in a lattice of 1024^3
+// nodes. Reports the disk and memory per stroke, and the times of saving, undo, redo and opening.
 //
-//   document_bench [--json] [--quick] [--strokes N] [--nodes N]     quick: 20 strokes in 512^3
+//   document_bench [--json] [--quick] [--strokes N] [--nodes N]
+//
+// --quick means 20 strokes in 512^3 nodes.
 #include <sys/resource.h>
 
 #include <cmath>
@@ -30,6 +32,7 @@ double resident_mb() {
   return static_cast<double>(resident) * 4096 / 1e6;
 }
 
+// Returns the value that is not exceeded by the share `below` of all values in v.
 double share(std::vector<double> v, double below) {
   if (v.empty()) return 0;
   const auto at =
@@ -61,16 +64,17 @@ Options options_of(int argc, char** argv) {
 }
 
 constexpr double kPitch = 0.1;  // [mm]
-constexpr int kTicks = 360;     // per stroke
+constexpr int kTicks = 360;     // number of ticks per stroke
 
 struct Times {
   std::vector<double> finish_ms, flush_ms, undo_ms, redo_ms;
-  std::vector<double> cold_ms;  // undo with only the last state in memory
+  std::vector<double> cold_ms;  // undo after opening, when only the last state is in memory
   double carve_us = 0, open_s = 0;
   double disk_kb = 0, memory_kb = 0;  // per stroke
 };
 
-// Carves 36 mm along a gentle curve on the top. Returns false if it could not be carved or stored.
+// Carves a stroke of 36 mm along a gentle curve on the top, and stores it. Returns false if this
+// failed.
 bool carve_stroke(Document& document, TriDexel& model, int number, double size, Times& times) {
   StrokeSettings settings;
   settings.tool = BallTool{1.2};
@@ -105,7 +109,7 @@ bool carve_stroke(Document& document, TriDexel& model, int number, double size, 
   return true;
 }
 
-// Undoes all strokes, one by one.
+// Undoes all strokes, one by one, and appends the time of each to `ms`. Returns false on failure.
 bool undo_all(Document& document, TriDexel& model, int strokes, std::vector<double>& ms) {
   for (int i = 0; i < strokes; i++) {
     const double at = now_us();
@@ -128,7 +132,7 @@ int fail(const std::string& why) {
   return 2;
 }
 
-// Returns the exit status.
+// Measures a new document at `file`. Returns the exit status of the program.
 int measure(const std::filesystem::path& file, const Options& options, Times& times) {
   const double size = options.nodes * kPitch;
   const int strokes = options.strokes;
@@ -142,7 +146,7 @@ int measure(const std::filesystem::path& file, const Options& options, Times& ti
   for (int s = 0; s < strokes; s++)
     if (!carve_stroke(document, model, s, size, times)) return 2;
   times.memory_kb = (resident_mb() - memory_before) * 1000 / strokes;
-  // Undo everything, then redo it. Only the newest states are in memory.
+  // Undoes everything, then redoes it. Only the newest states are in memory.
   const uint64_t first = document.steps().begin()->second.hash;
   const uint64_t hash = model.content_hash();
   if (!undo_all(document, model, strokes, times.undo_ms) || model.content_hash() != first ||

@@ -157,7 +157,7 @@ def main() -> None:
     tables = {"residuals": ["| wood | A [%] | B [%] | C [%] |", "|---|---|---|---|"],
               "materials": ["| material | k: A, B, C | m | u [N/mm²] | density [kg/m³] | ring [mm] |",
                             "|---|---|---|---|---|---|"],
-              "balls": ["| cut | pitch [mm] | depth [cells] | law [N] | measured [N] | off [%] | ripple rms [%] |",
+              "balls": ["| cut | pitch [mm] | depth [cells] | law [N] | measured [N] | difference [%] | ripple (rms) [%] |",
                         "|---|---|---|---|---|---|---|"],
               "teeth": ["| ball burr, motor | depth [mm] | material | force on the hand [N] |", "|---|---|---|---|"]}
     for name in (*PUBLISHED, *UNPUBLISHED):

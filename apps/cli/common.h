@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Helpers that all commands use: exit status, validators, progress, --publish, writing text.
+// Functions that all commands use: exit status, checks of options, progress, --publish, writing of
+// text.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +20,7 @@
 
 inline constexpr int kBadInput = 2;
 
-// CLI11's own check accepts nan as positive.
+// Accepts finite numbers above 0. (The check of CLI11 accepts nan as positive.)
 inline const CLI::Validator kPositive(
     [](std::string& text) {
       char* end = nullptr;
@@ -35,7 +36,7 @@ inline int bad_input(const std::string& what) {
   return kBadInput;
 }
 
-// Adds the option --publish of commands that carve in real time.
+// Adds the option --publish to a command that carves in real time.
 inline void add_publish(CLI::App& command, std::vector<std::string>& where) {
   command
       .add_option(
@@ -47,7 +48,8 @@ inline void add_publish(CLI::App& command, std::vector<std::string>& where) {
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
 }
 
-// Default of --threads: all cores that this process may use. Results do not depend on it.
+// Returns the default of --threads: the number of cores that this process may use. Results do not
+// depend on this number.
 inline int all_cores() {
   cpu_set_t cores;
   CPU_ZERO(&cores);

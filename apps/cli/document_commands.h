@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The commands on a document: replay, verify, history, bodies and export.
+// The commands that work on a document: replay, verify, history, bodies and export.
 #pragma once
 
 #include <string>
@@ -13,13 +13,13 @@
 class DocumentCommands {
  public:
   explicit DocumentCommands(CLI::App& app);
-  // True if the user gave one of these commands.
+  // Returns true if the user gave one of these commands.
   bool given() const { return *replay_ || *verify_ || *history_ || *bodies_ || *export_; }
   // Runs the command. Returns its exit status.
   int run() const;
 
  private:
-  // Options that several commands share.
+  // Add options that several commands share.
   void add_file(CLI::App& command);
   void add_to(CLI::App& command);
   void add_threads(CLI::App& command);

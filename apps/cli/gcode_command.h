@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The command gcode. It writes strokes of a document as a program for a milling machine.
+// The command `gcode`. It writes strokes of a document as a program for a milling machine.
 #pragma once
 
 #include <string>
@@ -13,7 +13,7 @@
 class GcodeCommand {
  public:
   explicit GcodeCommand(CLI::App& app);
-  // True if the user gave this command.
+  // Returns true if the user gave this command.
   bool given() const { return command_->parsed(); }
   // Runs the command. Returns its exit status.
   int run() const;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The command mill. It runs programs of a milling machine on a stock.
+// The command `mill`. It runs programs of a milling machine on a stock.
 #pragma once
 
 #include <optional>
@@ -16,7 +16,7 @@
 class MillCommand {
  public:
   explicit MillCommand(CLI::App& app);
-  // True if the user gave this command.
+  // Returns true if the user gave this command.
   bool given() const { return command_->parsed(); }
   // Runs the command. Returns its exit status.
   int run() const;

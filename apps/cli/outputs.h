@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Checks the files that a command reads and writes. No file may be both an input and an output.
-// Only the outputs of makes_document() are documents.
+// Checks the files that a command reads and writes. A file must not be both an input and an output.
+// Outputs never overwrite a document.
 #pragma once
 
 #include <filesystem>
@@ -11,16 +11,22 @@
 
 class Outputs {
  public:
-  // An empty path is ignored, here and below.
+  // Adds a file that the command reads. All functions of this class ignore an empty path.
   void reads(const std::filesystem::path& path);
-  // `option` is the option that named the path, for example "--forces".
+  // Adds a file that the command writes. `option` is the option that named it, for example
+  // "--forces".
   void writes(const std::string& option, const std::filesystem::path& path);
-  // An output that becomes a document. Documents are never overwritten.
+  // Adds a new document that the command writes. Only such an output may have the name of a
+  // document.
   void makes_document(const std::string& option, const std::filesystem::path& path);
-  // A folder that receives files whose names end in `ending`.
+  // Adds a folder into which the command writes files whose names end in `ending`.
   void writes_folder(const std::string& option, const std::filesystem::path& path,
                      const std::string& ending);
-  // Errors: an output is an input, another output or a document, or it cannot be written.
+  // Returns Ok if the command can write all outputs. Errors: an output is also an input; two
+  // outputs are the same file; an output that is not a new document has the name or the content of
+  // a document, or belongs to one; a file cannot be written. For a folder, there are only two
+  // errors: it is an input or another output; it contains another output whose name ends in
+  // `ending`.
   kibori::Status check() const;
 
  private:
@@ -28,7 +34,7 @@ class Outputs {
     std::string option;
     std::filesystem::path path;
     bool document;
-    std::string files_end;  // of a folder; empty for a file
+    std::string files_end;  // ending of the files in a folder; empty: not a folder
   };
   std::vector<std::filesystem::path> inputs_;
   std::vector<Output> outputs_;

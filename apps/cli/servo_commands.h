@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The commands devices and servo, for carving with a force device.
+// The commands `devices` and `servo`, for carving with a force device.
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@
 class ServoCommands {
  public:
   explicit ServoCommands(CLI::App& app);
-  // True if the user gave one of these commands.
+  // Returns true if the user gave one of these commands.
   bool given() const { return *devices_ || *servo_; }
   // Runs the command. Returns its exit status.
   int run() const { return *devices_ ? run_devices() : run_servo(); }

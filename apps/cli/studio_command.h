@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The command studio, for carving in the browser.
+// The command `studio`, for carving in the browser.
 #pragma once
 
 #include <cstdint>
@@ -29,7 +29,7 @@ class StudioCommand {
   int run() const;
 
  private:
-  // Errors: options that exclude each other, or a bad file or device.
+  // Checks the options. Errors: two options exclude each other; a file or a device is not valid.
   kibori::Status check() const;
   kibori::Result<std::unique_ptr<kibori::Session>> first_session(
       const kibori::Library& library, const kibori::SessionOptions& how) const;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-// Sends each tick to other programs, for the option --publish. Ticks go over WebSocket (HOST:PORT)
-// or as topics of ROS 2 over DDS ("dds" or "dds:DOMAIN"):
+// Sends every tick to other programs, for the option --publish. Ticks are sent over WebSocket
+// (HOST:PORT), or as topics of ROS 2 over DDS ("dds" or "dds:DOMAIN"):
 //
 //   /kibori/tool_pose, /kibori/hand_pose           geometry_msgs/PoseStamped [m]
 //   /kibori/wrench, /kibori/given_wrench           geometry_msgs/WrenchStamped [N, N m]
 //
-// The topics describe the first hand, in the frame kibori_world.
+// The topics have the data of the first hand, in the frame kibori_world.
 #pragma once
 
 #include <memory>
@@ -20,15 +20,16 @@ namespace kibori {
 
 class Publisher {
  public:
-  // Errors: an invalid address, one that is in use, or those of DdsLink::open.
+  // Opens all addresses in `where`. Errors: an address is invalid, or is in use; those of
+  // DdsLink::open.
   static Result<std::unique_ptr<Publisher>> open(const std::vector<std::string>& where);
   ~Publisher();
 
-  // A sentence that says where to read the ticks.
+  // Returns a sentence for the user: where the ticks can be read.
   std::string where() const;
-  // Sets the description of the following ticks.
+  // Sets the description of the next ticks.
   void about(const Published& published);
-  // add() and flush() never wait for readers. Call both on one thread.
+  // Adds a tick. add() and flush() never wait for readers. Call both on one thread.
   void add(const LiveTick& tick);
   // Sends the added ticks.
   void flush();

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Sends ticks over WebSocket to up to 32 readers: the messages PublishedAbout and PublishedTicks of
-// docs/protocol.md. It sends on its own thread. A slow reader misses ticks but never delays the
-// servo. The tick numbers show which are missing.
+// Sends ticks over WebSocket to at most 32 readers, as the messages PublishedAbout and
+// PublishedTicks of docs/protocol.md. The server has its own thread. A slow reader misses ticks,
+// but never delays the servo. The numbers of the ticks show which ticks are missing.
 //
-// Every program that reaches the address may read. Readers cannot change anything. A web page may
-// read only if it comes from this machine or from the given host.
+// Every program that can connect to the address may read the ticks. Readers cannot change anything.
+// A web page may read them only if it comes from this machine or from the host in the address.
 #pragma once
 
 #include <memory>
@@ -20,14 +20,16 @@ namespace kibori {
 
 class TickServer {
  public:
-  // `address` is HOST:PORT. Port 0 chooses a free one. Errors: an invalid address, or one in use.
+  // Listens on `address`, which is HOST:PORT. Port 0 selects a free port. Errors: the address is
+  // invalid, or is in use.
   static Result<std::unique_ptr<TickServer>> listen(const std::string& address);
   ~TickServer();
 
-  // The address it listens on: HOST:PORT.
+  // Returns the address of the server: HOST:PORT.
   const std::string& address() const;
-  // Sets the description of the following rows. `json` comes from about_rows().
+  // Sets the description of the next rows. `json` is the result of about_rows().
   void about(std::string json);
+  // Sends rows to all readers. Does not wait.
   void publish(std::span<const TickRow> rows);
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The network addresses of this machine. Internal to apps/studio.
+// Finds the network addresses of this machine. Internal to apps/studio.
 #pragma once
 
 #include <string>
@@ -9,11 +9,12 @@
 
 namespace kibori::studio {
 
-// Its IPv4 addresses in private networks (RFC 1918), as text. First the one that leads to the
-// internet. Empty if there is none.
+// Returns the IPv4 addresses of this machine in private networks (RFC 1918), as text. The address
+// through which packets leave this machine is first. Empty if there is none.
 std::vector<std::string> private_addresses();
 
-// A numeric address as browsers write it. Error: it is not the address of one interface.
+// Returns a numeric address in the form that browsers write. Errors: it is not the address of an
+// interface.
 Result<std::string> canonical_address(const std::string& text);
 
 }  // namespace kibori::studio

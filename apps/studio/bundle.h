@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The files of the page, embedded in the program. cmake/embed.cmake makes bundle.cpp from web/.
+// The files of the page. They are embedded in the program: cmake/embed.cmake makes bundle.cpp of
+// web/.
 #pragma once
 
 #include <cstddef>
@@ -8,7 +9,7 @@
 namespace kibori::studio {
 
 struct BundledFile {
-  const char* path;  // "/index.html"
+  const char* path;  // for example "/index.html"
   const unsigned char* data;
   size_t size;
 };

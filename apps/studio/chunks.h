@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Encodes surface chunks for pages. See Chunks in protocol/messages.json.
+// Encodes chunks (parts of the surface) for pages. See Chunks in protocol/messages.json.
 #pragma once
 
 #include <cstdint>
@@ -9,8 +9,8 @@
 
 namespace kibori::studio {
 
-// Appends a chunk. Positions are rounded to 1/2048 of the pitch, for all chunks alike, so that
-// neighbours fit together.
+// Appends a chunk. All positions are rounded to one grid with the spacing 1/2048 of the pitch, so
+// that neighbouring chunks fit together.
 void put_chunk(std::vector<uint8_t>& to, const SurfaceChunk& chunk, const Index3& at,
                const Lattice& lattice);
 

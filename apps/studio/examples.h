@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The scenes embedded in the program, to carve or to watch.
+// The scenes that are embedded in the program. A user can carve or watch them.
 #pragma once
 
 #include <string>

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-// HTTP connections. Each one requests files, uploads one, or becomes a page's WebSocket. Internal
-// to apps/studio.
+// HTTP connections. A connection requests files, uploads a file, or becomes the WebSocket of a
+// page. Internal to apps/studio.
 #pragma once
 
 #include "apps/studio/server_state.h"
 
 namespace kibori::studio {
 
-// Answers the requests of a connection until it ends. Runs on the server's thread.
+// Answers the requests of a connection until it ends. It runs on the server's thread.
 void serve_http(net::Socket socket, Server::State& server, Entrance& entrance);
 
 }  // namespace kibori::studio

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Runs long work on its own thread, so that the server continues. One job at a time.
+// Runs long work on a separate thread, so that the server continues. There is one job at a time.
 #pragma once
 
 #include <atomic>
@@ -16,28 +16,29 @@ namespace kibori::studio {
 
 class Job {
  public:
-  // Handles the result on the server's thread. `wanted`: the job was not cancelled meanwhile.
+  // Handles the result on the server's thread. `wanted` is false if the job was cancelled.
   using Then = std::function<void(bool wanted)>;
 
   explicit Job(net::Loop& loop) : loop_(loop) {}
-  // Waits for all running work. Its Then is not called.
+  // Waits until all threads have ended. Does not call their Then.
   ~Job();
 
-  // True if no job can start: one is running, or too many cancelled ones have not ended yet.
+  // Returns true if no job can start: a job is running, or too many cancelled jobs have not ended
+  // yet.
   bool busy() const { return !what_.empty() || threads_.size() > 2; }
-  // The running job. Empty: none.
+  // Returns the name of the running job, or an empty text.
   const std::string& what() const { return what_; }
   bool cancellable() const { return cancellable_; }
-  // Progress from 0 to 1. Below 0: unknown.
+  // Returns the progress of the job from 0 to 1. Below 0, it is unknown.
   double share() const { return share_ ? share_->load() : -1; }
-  // Calls work(share) on a thread; `work` may set the progress. The server's thread then calls the
-  // returned Then. Requires !busy().
+  // Calls work(share) on a new thread. `work` may set `share`, which is the progress. Then the
+  // server's thread calls the function that `work` returned. Precondition: !busy().
   void start(const std::string& what, bool cancellable,
              std::function<Then(std::atomic<double>&)> work);
-  // Cancels the running job. Its work continues, but its result is not wanted.
+  // Cancels the running job. Its thread continues, but its result is not wanted.
   void cancel();
-  // Waits for work that cannot be cancelled, and at most `time` for other work. Its Then is not
-  // called. False if some work still runs.
+  // Waits for jobs that cannot be cancelled, and at most `time` for other jobs. Does not call their
+  // Then. Returns false if a job still runs.
   bool end_within(std::chrono::milliseconds time);
 
  private:

@@ -15,8 +15,8 @@ namespace kibori::studio {
 
 inline constexpr uint16_t kProtocolVersion = 24;
 
-// The first message of a page, with the key that POST /enter gave for the token. Welcome or Start
-// answers. A wrong key closes the connection with code 1008.
+// The first message of a page. key: the page got it from POST /enter, in exchange for the token.
+// The studio answers with Welcome or Start. A wrong key closes the connection with code 1008.
 struct Hello {
   static constexpr uint8_t kKind = 1;
   uint16_t version = 0;
@@ -29,9 +29,10 @@ struct Hello {
     f(version, key);
   }
 };
-// The wanted position of the tool's tip [mm], and its axis from the tip up. The time [s] is that of
-// the pointer's event on the page's clock. After Press the tool follows these positions one after
-// another, at their times. pressure: of a pen, 1 for any other hand; see ChooseBrush.
+// The requested position of the tool's tip [mm], and the direction of its axis, from the tip into
+// the tool. time [s]: when the pointer's event happened, by the page's clock. After Press, the tool
+// follows these positions one after another, at their times. pressure: that of a pen, or 1 without
+// a pen; see ChooseBrush.
 struct Aim {
   static constexpr uint8_t kKind = 2;
   Vec3 tip = Vec3::Zero();
@@ -49,8 +50,8 @@ struct Aim {
     f(tip, axis, time, pressure);
   }
 };
-// Begins a stroke at `tip`. From there, the tool backs out along its axis until it is clear of
-// material, and then goes in again. time and pressure: as in Aim.
+// Begins a stroke at `tip`. If the tool would be inside material there, it begins farther out on
+// its axis, clear of material, and then goes in to `tip`. time and pressure: as in Aim.
 struct Press {
   static constexpr uint8_t kKind = 3;
   Vec3 tip = Vec3::Zero();
@@ -69,7 +70,7 @@ struct Press {
     f(tip, axis, mode, time, pressure);
   }
 };
-// Ends the stroke after the tool has followed all aims.
+// Ends the stroke, after the tool has followed all poses of Aim.
 struct Lift {
   static constexpr uint8_t kKind = 4;
   template <class F>
@@ -105,9 +106,9 @@ struct ChooseTool {
     f(tool);
   }
 };
-// The hand's strength [N], 20 to 1000. The stiffness between hand and tool [N/mm]; 0: the default
-// of the pointer or the device. powered: 1 if a motor turns the tool, and the hand receives a tenth
-// of the cutting force; 2 if a press drives it, and the hand receives a hundredth.
+// The hand's strength [N], 20 to 1000. The stiffness of the spring between hand and tool [N/mm]; 0:
+// the default for the pointer or the device. powered: 1 if a motor turns the tool, and the hand
+// receives a tenth of the cutting force; 2 if a press drives it, and the hand receives a hundredth.
 struct ChooseHand {
   static constexpr uint8_t kKind = 9;
   double strength = 0;
@@ -274,7 +275,7 @@ struct ChooseWork {
     f(mode);
   }
 };
-// Lets a force device push (1) or not (0).
+// Permits (1) or forbids (0) that a force device pushes the hand.
 struct Arm {
   static constexpr uint8_t kKind = 24;
   uint8_t armed = 0;
@@ -310,9 +311,9 @@ struct ChooseReach {
     f(scale);
   }
 };
-// If nothing is open: carves a scene (TOML that names no files), for the user to watch. Trace
-// follows. model: its name, or empty for the scene's own. pace: 1 the scene's own time, 4 four
-// times as fast, 0 as fast as possible.
+// Carves a scene while the user watches, if no document is open. At the end, the studio sends
+// Trace. scene: TOML that names no files. model: the name of a force model; empty: that of the
+// scene. pace: 1: the scene's own speed; 4: four times as fast; 0: as fast as possible.
 struct RunExperiment {
   static constexpr uint8_t kKind = 27;
   std::string name;
@@ -350,13 +351,13 @@ struct Strike {
 // The brush of reshaping modes from the next stroke on. radius [mm]. strength: negative only for
 // inflate, crease, pinch and mask. falloff: 0 smooth, 1 linear, 2 constant. keep: 1 if smoothing
 // and grabbing keep the volume. red, green, blue: the colour of paint. plane: the plane for
-// flatten, trim and build; 0 the plane under the stroke's beginning, 1 that under each dab, 2 the
-// plane through `point` [mm] with `normal`. wall: for throw, the distance to a second finger on the
-// other side of the wall [mm]; 0: there is no second finger. mask: what the mode mask does: 0
-// paint, 1 invert, 2 blur, 3 cavity, 4 height, 5 material. mask_material: the number of a material
-// for 5. alpha: the texture of the brush, as an index in the list ALPHAS of kinds.ts; `picture` is
-// that of ChooseTexture, or none without one. pressure: what the pressure of a pen changes: 0
-// nothing, 1 the size, 2 the strength, 3 both.
+// flatten, trim and build. 0: the plane under the stroke's beginning. 1: the plane under each dab.
+// 2: the plane through `point` [mm] with `normal`. wall: for throw, the distance to a second finger
+// on the other side of the wall [mm]; 0: there is no second finger. mask: what the mode mask does:
+// 0 paint, 1 invert, 2 blur, 3 cavity, 4 height, 5 material. mask_material: the number of a
+// material for 5. alpha: the texture of the brush, as an index in the list ALPHAS of kinds.ts; The
+// entry `picture` is the picture of ChooseTexture; without such a picture, there is no texture.
+// pressure: what the pressure of a pen changes: 0 nothing, 1 the size, 2 the strength, 3 both.
 struct ChooseBrush {
   static constexpr uint8_t kKind = 30;
   double radius = 0;
@@ -394,9 +395,9 @@ struct ChooseBrush {
   }
 };
 // Asks for the rays of one field (axis 0 x, 1 y, 2 z) near a position [mm]. The rays are in a cube
-// with half side `radius`. every: 1 for all of these rays, n for every n-th in both directions.
-// Method answers once, at least 33 ms after the last answer. A newer question replaces one that
-// waits.
+// with half side `radius`. every: 1 for all of these rays, n for every n-th in both directions. The
+// studio answers once with Method, at least 33 ms after its last answer. A newer request replaces a
+// request that waits.
 struct AskMethod {
   static constexpr uint8_t kKind = 31;
   uint8_t axis = 0;
@@ -462,8 +463,8 @@ struct ShowRemains {
     f(shown);
   }
 };
-// Shows the result of an action without a step. Text as in ActOnBodies, or empty to end the
-// preview. Previewed answers.
+// Shows the result of an action, without a step in the history. action: as in ActOnBodies; empty:
+// ends the preview. The studio answers with Previewed.
 struct PreviewAction {
   static constexpr uint8_t kKind = 36;
   std::string action;
@@ -475,8 +476,9 @@ struct PreviewAction {
     f(action);
   }
 };
-// Replaces the action of an earlier step on the path to the step `head`. Text as in ActOnBodies. It
-// makes a new step next to the old one, and repeats the later steps up to `head` after it.
+// Replaces the action of the earlier step `step`, which is on the path to the step `head`. action:
+// as in ActOnBodies. The studio adds a new step next to the old one. After the new step, it repeats
+// the later steps up to `head`.
 struct ReviseStep {
   static constexpr uint8_t kKind = 37;
   uint32_t step = 0;
@@ -528,7 +530,7 @@ struct PressSecond {
     f(tip, axis, time);
   }
 };
-// The wanted pose of the second hand's tool, as in Aim.
+// The requested pose of the second hand's tool, as in Aim.
 struct AimSecond {
   static constexpr uint8_t kKind = 40;
   Vec3 tip = Vec3::Zero();
@@ -550,13 +552,14 @@ struct LiftSecond {
   template <class F>
   void fields([[maybe_unused]] F&& f) {}
 };
-// How the pointer's strokes behave, from the next stroke on. guide: 0 none; 1 a straight line,
-// whose direction is a multiple of snap [degrees] (0: any); 2 a circle about the centre [mm]; 3 the
-// curve through these points (three f64 each [mm]), closed or not. steady: the length of the string
-// that pulls the tool behind the hand [mm]. lead: the tool's local x axis turns to its path; it
-// starts `lift` [mm] above the wood, goes in over `entry` [mm] of path, and comes out in the same
-// way. stamp: the tool is pressed in from `lift` above the wood: once where the stroke begins, or
-// every `every` mm along its path if `every` is not 0.
+// How the strokes of the pointer behave, from the next stroke on. guide: 0: none. 1: a straight
+// line; its direction is a multiple of `snap` [degrees], or any direction if `snap` is 0. 2: a
+// circle about `centre` [mm]. 3: the curve through the points of `curve` (three f64 each [mm]);
+// closed: 1 if the curve is closed. steady: the length of the string that pulls the tool behind the
+// hand [mm]. lead: the tool's local x axis turns to its path; it starts `lift` [mm] above the wood,
+// goes in over `entry` [mm] of path, and comes out in the same way. stamp: the tool is pressed in
+// from `lift` above the wood: once where the stroke begins, or every `every` mm along its path if
+// `every` is not 0.
 struct ChooseGuide {
   static constexpr uint8_t kKind = 42;
   uint8_t guide = 0;
@@ -588,7 +591,7 @@ struct ChooseGuide {
     f(guide, snap, centre, closed, steady, lead, entry, lift, stamp, every, curve);
   }
 };
-// Asks for the mass of the active body. Mass answers.
+// Asks for the mass of the active body. The studio answers with Mass.
 struct AskMass {
   static constexpr uint8_t kKind = 43;
   template <class F>
@@ -596,9 +599,9 @@ struct AskMass {
 };
 // Chooses a stamp. what: 0 letters, 1 a picture, 2 a mesh. Letters: `text` in a `font` (a family);
 // `size` is the height of a capital H, and `depth` the length of the letters [mm]. A picture (PNG)
-// is a relief of width `size`; white is `depth` deeper than black, or black if `invert` is 1. A
-// mesh: its longer horizontal side is `size`. name: the file's name. data: its bytes. ShowStamp
-// reports the result.
+// is a relief of width `size`. White parts are `depth` deeper than black parts; if `invert` is 1,
+// black parts are deeper. A mesh: its longer horizontal side is `size`. name: the file's name.
+// data: its bytes. ShowStamp reports the result.
 struct ChooseStamp {
   static constexpr uint8_t kKind = 44;
   uint8_t what = 0;
@@ -624,7 +627,7 @@ struct ChooseStamp {
     f(what, text, font, size, depth, invert, name, data);
   }
 };
-// Asks for the fonts installed on the studio's machine. Fonts answers.
+// Asks for the fonts that are installed on the studio's machine. The studio answers with Fonts.
 struct AskFonts {
   static constexpr uint8_t kKind = 45;
   template <class F>
@@ -681,7 +684,7 @@ struct PlayProgram {
     f(playing, speed, stops);
   }
 };
-// Goes to a time of the milling job [s], at most to what is computed.
+// Goes to a time of the milling job [s]. If this time is not computed yet, goes to the last computed time.
 struct SeekProgram {
   static constexpr uint8_t kKind = 49;
   double time = 0;
@@ -693,7 +696,8 @@ struct SeekProgram {
     f(time);
   }
 };
-// Goes to the end of the next line that moves (forward 1), or to the begin of the current line (0).
+// forward 1: goes to the end of the next line that moves the tool. forward 0: goes to the beginning
+// of the current line.
 struct StepProgram {
   static constexpr uint8_t kKind = 50;
   uint8_t forward = 0;
@@ -705,8 +709,8 @@ struct StepProgram {
     f(forward);
   }
 };
-// Goes to the end of a line's first execution. program: its index in Playback. line: from 1. It
-// waits until the line is computed.
+// Goes to the end of a line's first execution. program: its index in Playback. line: from 1. If the
+// line is not computed yet, the studio waits until it is.
 struct GoToLine {
   static constexpr uint8_t kKind = 51;
   uint32_t program = 0;
@@ -746,8 +750,9 @@ struct ChooseTexture {
 // A document is open. origin, nodes, pitch: the base of its lattice, with the lower corner and the
 // pitch in mm. The lattice may have grown beyond it. rate: of the servo [Hz]. document: its name.
 // materials: JSON (name, color, rings: their contrast, 0 to 1). material: the index of the stock's
-// material. page: the page's id in HTTP requests. what: 0 carved, 1 open read-only, 2 an
-// experiment, 3 a milling job that is played back. The page must drop what it showed before.
+// material. page: the page's id in HTTP requests. what: 0: a document that can be carved; 1: a
+// document that is open read-only; 2: an experiment; 3: a milling job that is played back. The page
+// must discard everything that it showed before.
 struct Welcome {
   static constexpr uint8_t kKind = 64;
   uint16_t version = 0;
@@ -769,8 +774,8 @@ struct Welcome {
 // of vertices and triangles (u32), a flag (u16; 1: a vertex is painted or masked), vertices,
 // corners (u16 each). If the flag is 1, a colour per vertex follows: red, green, blue, and 255 - m
 // if painted, else m, with the mask m from 0 to 127 (u8 each). A vertex: x y z (u16 each, in 1/2048
-// of the pitch), normal (3 x i8, 1/127), material (u8). Its coordinates begin 16 position - 1 cells
-// after the lattice's origin.
+// of the pitch), normal (3 x i8, 1/127), material (u8). The coordinates of its vertices are
+// relative to the point that is (16 * position - 1) cells from the lattice's origin.
 struct Chunks {
   static constexpr uint8_t kKind = 65;
   uint32_t frame = 0;
@@ -782,9 +787,10 @@ struct Chunks {
     f(frame, more, body, data);
   }
 };
-// Every servo tick since the last message, fifteen f32 each. A page with too many unread bytes
-// misses messages. A tick has: tip [mm], force of the wood on the tool [N], moment about the tip [N
-// mm]; the third (axis) and first column of the tool's frame. start: the number of the first.
+// Every servo tick since the last Ticks message, fifteen f32 for each tick. If a page has too many
+// unread bytes, it misses messages; `start` shows the gap. A tick has: tip [mm], force of the wood
+// on the tool [N], moment about the tip [N mm]; the third (axis) and first column of the tool's
+// frame. start: the number of the first.
 struct Ticks {
   static constexpr uint8_t kKind = 66;
   double start = 0;
@@ -794,10 +800,10 @@ struct Ticks {
     f(start, data);
   }
 };
-// volume: of the bodies [mm^3]. removed: the stock's volume minus this [mm^3]. step: the current
-// one. holds: 1 if this page holds the tool. blocked: 1 if the pressed tool is inside material and
-// cannot back out. pending: the part of a brush's stroke that is not in the model yet, as the time
-// that the hand took for it [s]. For a force device: safety (0 off, 1 waits until the computed
+// volume: of the bodies [mm^3]. removed: the volume of the stock minus `volume` [mm^3]. step: the
+// current one. holds: 1 if this page holds the tool. blocked: 1 if the pressed tool is inside
+// material and cannot back out. pending: how far the model is behind the hand in a brush's stroke,
+// as a time of the hand's motion [s]. For a force device: safety (0 off, 1 waits until the computed
 // force is small, 2 on), trip (why it is off), given (its force [N]).
 struct State {
   static constexpr uint8_t kKind = 67;
@@ -946,9 +952,10 @@ struct Method {
     f(axis, every, u, v, columns, rows, low, high, gone, points, volume, motion, force, ticks, taken, spans, vanished);
   }
 };
-// All bodies, and the active one. JSON: id, name, pose (of the body's lattice in the world: its
-// origin [mm], then the columns of its frame), visible, locked, no_go, volume_mm3. Chunks of a body
-// that is gone, hidden or moved are invalid. Chunks of a newly shown body follow.
+// All bodies. active: the id of the active body. JSON: for each body id, name, pose (of the body's
+// lattice in the world: its origin [mm], then the columns of its frame), visible, locked, no_go,
+// volume_mm3. Chunks of a body that is gone, hidden or moved are invalid. Chunks of a newly shown
+// body follow.
 struct Bodies {
   static constexpr uint8_t kKind = 77;
   uint32_t active = 0;
@@ -958,9 +965,10 @@ struct Bodies {
     f(active, json);
   }
 };
-// The numbers for ShowRemains. max, mean: distances [mm] of the active body's surface from the
-// protected region. volume: of the body outside that region [mm^3]. scale: the distance of the last
-// colour [mm]; 0: there is no protected region, and no colours are shown.
+// The numbers for ShowRemains. max, mean: the maximum and mean distance [mm] of the active body's
+// surface from the protected region. volume: the volume of the body outside that region [mm^3].
+// scale: the distance of the last colour [mm]; 0: there is no protected region, and no colours are
+// shown.
 struct Remains {
   static constexpr uint8_t kKind = 78;
   double max = 0;
@@ -972,9 +980,9 @@ struct Remains {
     f(max, mean, volume, scale);
   }
 };
-// Answers PreviewAction. error: a sentence, or empty. forces: JSON; for a spline, a force [N] for
-// each control point. It is the force of soft clay on a finger that moved the point there from the
-// last preview.
+// Answers PreviewAction. error: a sentence; empty: no error. forces: JSON. For a spline, it has a
+// force [N] for each control point: the force of soft clay on a finger that moved this point since
+// the last preview.
 struct Previewed {
   static constexpr uint8_t kKind = 79;
   std::string error;
@@ -1060,10 +1068,11 @@ struct Playback {
   }
 };
 // The moment of a milling job that is shown. time: of the job [s]. computed: the job is computed up
-// to here [s]; done: 1 if all of it is. share: progress of computing, 0 to 1. playing, speed,
-// stops: as in PlayProgram. program, line: as in GoToLine; line 0: before the first move. tool: its
-// number; 0: none. rapid: 1 if it is a rapid move. force [N], power [W]: largest of the move; 0:
-// unknown. stopped: the index of the collision at which it stopped; -1: none.
+// to this time [s]. done: 1 if the whole job is computed. share: progress of computing, 0 to 1.
+// playing, speed, stops: as in PlayProgram. program, line: as in GoToLine; line 0: before the first
+// move. tool: its number; 0: none. rapid: 1 if it is a rapid move. force [N], power [W]: the
+// maximum during the move; 0: unknown. stopped: the index of the collision at which the playback
+// stopped; -1: none.
 struct Played {
   static constexpr uint8_t kKind = 86;
   double time = 0;
@@ -1085,9 +1094,9 @@ struct Played {
     f(time, computed, done, share, playing, speed, stops, program, line, tool, rapid, force, power, stopped);
   }
 };
-// The first message at --publish HOST:PORT, sent again when another document is opened. Readers
-// send nothing. The JSON describes the rows of PublishedTicks: their size (row_bytes) and their
-// columns (name, type, offset in bytes, count).
+// The first message that a reader of --publish HOST:PORT receives. It is sent again when another
+// document is opened. Readers send nothing. The JSON describes the rows of PublishedTicks: their
+// size (row_bytes) and their columns (name, type, offset in bytes, count).
 struct PublishedAbout {
   static constexpr uint8_t kKind = 96;
   uint16_t version = 0;

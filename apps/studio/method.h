@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Data for a page that shows the method itself: rays, dexels, and vanishing points.
+// Data for a page that shows how the model works: rays, dexels, and vanished points (lattice nodes
+// that a tick removed).
 #pragma once
 
 #include <chrono>
@@ -12,7 +13,7 @@
 
 namespace kibori::studio {
 
-// The method view of one page. It holds a snapshot only while the page keeps asking.
+// The method view of one page. It has a snapshot only while the page sends questions.
 class MethodView {
  public:
   using Clock = std::chrono::steady_clock;
@@ -21,26 +22,27 @@ class MethodView {
     question_ = question;
     requested_at_ = now;
   }
-  // True if the page currently shows the method.
+  // Returns true if the page shows the method at the moment.
   bool watching() const { return requested_at_ != Clock::time_point{}; }
-  // Adds a servo tick. `wood` is the factor from the device's force to the wood's force. It is 1 if
-  // no device holds the tool.
+  // Adds a servo tick. `wood` is the ratio of the wood's force to the device's force. It is 1 if no
+  // device holds the tool.
   void add(const LiveTick& tick, double wood);
-  // The answer, if one was requested and is due.
+  // Returns the answer, if there is a question and an answer is due.
   std::optional<Method> answer(const Snapshot& snapshot, Clock::time_point now);
-  // Forgets everything, for another document or none.
+  // Forgets everything. Call it when another document is opened, or none.
   void clear() { *this = MethodView(); }
 
  private:
   std::optional<AskMethod> question_;
   Clock::time_point requested_at_{}, answered_at_{};
   std::optional<Snapshot> before_;  // model at the last answer
-  std::optional<Vec3> tip_;         // position at the last tick
-  uint32_t ticks_ = 0;              // ticks since the last answer
+  std::optional<Vec3> tip_;         // position of the tip at the last tick
+  uint32_t ticks_ = 0;              // number of ticks since the last answer
+  // Number of points that vanished since the last answer.
   int64_t taken_ = 0;
-  bool took_ = false;  // points vanished before the last answer, but its snapshot may still have
-                       // contained them
-  LiveTick newest_;    // the last tick that removed or added points
+  // True if points vanished before the last answer. Its snapshot may still have contained them.
+  bool took_ = false;
+  LiveTick newest_;  // the last tick that removed or added points
   Vec3 motion_ = Vec3::Zero(), force_ = Vec3::Zero();
 };
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Pairs devices of the network with the studio. The terminal shows a code. The first device that
-// sends it gets a session. Internal to apps/studio.
+// sends this code gets a session: a secret that it keeps in a cookie. Internal to apps/studio.
 //
-// A code has 6 characters from an alphabet of 32, so there are 10^9 codes. After 5 wrong codes the
-// code is void and nobody can pair for a minute. A device that guesses all the time needs 400 years
-// on average. So an attacker in the network can delay a pairing, but cannot pair.
+// A code has 6 characters from an alphabet of 32, so there are 10^9 codes. After 5 wrong codes, the
+// code is void, and no device can pair for a minute. A device that guesses without pause needs 400
+// years on average. So an attacker in the network can delay a pairing, but cannot pair.
 #pragma once
 
 #include <chrono>
@@ -25,20 +25,22 @@ class Pairing {
   enum class Outcome {
     paired,
     wrong,
-    expired,  // there is no valid code
-    wait,     // too many wrong codes
+    expired,  // there was no valid code
+    wait,     // there were too many wrong codes
   };
   struct Answer {
     Outcome outcome;
-    std::string session;           // if paired
-    std::chrono::seconds wait{0};  // if the device must wait
+    std::string session;           // set if paired
+    std::chrono::seconds wait{0};  // set if the device must wait
   };
 
-  // Makes a code unless there is a valid one or devices must wait. `on_code` receives it.
+  // Makes a code and passes it to `on_code`. Does nothing if there is a valid code, or if devices
+  // must wait.
   void offer(Clock::time_point now);
-  // Case, spaces and hyphens of the code do not matter. If there is no valid code, it offers one.
+  // Checks a code. Upper and lower case, spaces and hyphens make no difference. If there is no
+  // valid code, offers one.
   Answer enter(std::string_view code, Clock::time_point now);
-  // True if a device has this session. Sessions end with the studio.
+  // Returns true if a device has this session. All sessions end with the studio.
   bool is_session(std::string_view session) const;
 
   std::function<void(const std::string& code)> on_code;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Finds the printing faults of the active body, and shows them as colours and numbers.
+// Finds the print problems of the active body, and shows them as colours and numbers.
 #pragma once
 
 #include <array>
@@ -25,8 +25,8 @@ class PrintMap final : public SurfaceMap {
 
  private:
   struct Part {
-    std::array<double, 4> area{};  // [mm^2], of each PrintFault
-    double thinnest = 0;           // [mm]; infinite: no wall
+    std::array<double, 4> area{};  // [mm^2], for each PrintFault
+    double thinnest = 0;           // [mm]; infinite: there is no wall
   };
 
   BodyId body_;

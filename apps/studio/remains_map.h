@@ -19,8 +19,8 @@ namespace kibori::studio {
 
 class RemainsMap final : public SurfaceMap {
  public:
-  // Compares a body's surface with all other protected bodies. Null if there is no protected body,
-  // or if the distance cannot be measured. `volume_mm3`: the body's current volume.
+  // Compares a body's surface with all other protected bodies. Returns null if there is none, or if
+  // the distance cannot be measured. `volume_mm3` is the current volume of the body.
   static std::unique_ptr<RemainsMap> make(const kibori::BodyList& bodies, BodyId worked_on,
                                           const LiveSurface& surface, double volume_mm3);
 
@@ -31,10 +31,11 @@ class RemainsMap final : public SurfaceMap {
 
  private:
   struct Part {
-    double max = 0, sum = 0, area = 0;  // [mm], [mm^3], [mm^2]
+    // The largest distance [mm], the sum of distance times area [mm^3], and the area [mm^2].
+    double max = 0, sum = 0, area = 0;
   };
-  // One input of a map: the active body or a protected body. `hash` is that of the model of a
-  // protected body, and 0 for the active body.
+  // One input of a map: the active body or a protected body. `hash` is that of a protected body's
+  // model. It is 0 for the active body.
   struct Key {
     BodyId id;
     Pose pose;
@@ -50,8 +51,8 @@ class RemainsMap final : public SurfaceMap {
   std::vector<Key> key_;
   Surface wall_;
   std::optional<DistanceTree> tree_;
-  double within_mm3_ = 0;  // volume of the body inside the protected region
-  double scale_mm_ = 1;    // distance of the last colour
+  double within_mm3_ = 0;  // volume of the body within the protected region
+  double scale_mm_ = 1;    // distance that has the last colour
   std::map<Index3, Part, ChunkOrder> parts_;
 };
 

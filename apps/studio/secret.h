@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Random secrets and their comparison. Internal to apps/studio.
+// Makes and compares random secrets. Internal to apps/studio.
 #pragma once
 
 #include <string>
@@ -7,10 +7,11 @@
 
 namespace kibori::studio {
 
-// 256 random bits.
+// Returns 256 random bits as hexadecimal digits.
 std::string random_hex();
 
-// Compares in constant time, independent of the position of a difference. Lengths are not secret.
+// Compares two secrets. The time does not depend on the position of a difference. It may depend on
+// the lengths, which are not secret.
 bool same_secret(std::string_view a, std::string_view b);
 
 }  // namespace kibori::studio

@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: MIT
-// The studio's server on the loopback interface, and on request in the network. It serves the page
-// over HTTP, and one WebSocket per open page. At most one document is open. Without one, the page
-// shows the start page.
+// The studio's server. It listens on the loopback interface, and on request in the network. It
+// serves the files of the page over HTTP, and has one WebSocket per open page. At most one document
+// is open. If none is open, the page shows the start page.
 //
-// Access: a browser exchanges the token of the printed address once for a key. The page keeps the
-// key by its origin, port included. It sends the key in its first message and with every request.
-// There is no cookie, because a browser would send it to every other port too. Host and Origin must
-// be this server's own. Without the key, a client gets only the files of the page, which hold no
-// data of the user.
+// Access from this machine: a browser exchanges the token of the printed address for a key, once.
+// The page stores the key for its origin, which includes the port. It sends the key in its first
+// message and with every request. The key is not in a cookie, because a browser would send a cookie
+// to every other port, too. The headers Host and Origin must name this server. Without the key, a
+// client gets only the files of the page, which contain no data of the user.
 //
-// A device of the network has its own entrance: TLS, and a session cookie that it gets for a code
-// (pairing.h). The token and the key are not valid there.
+// Access from the network: a device has a separate entrance, with TLS. For a code (pairing.h), it
+// gets a session in a cookie. The token and the key are not valid there.
 //
-// Everything runs on the thread that calls run(). Every few ms it reads the session's state and
-// sends changes to the pages. A page gets new chunks only after it has drawn the previous ones, and
-// skips intermediate states. So a slow or stopped page does not delay other pages.
+// Everything runs on the thread that calls run(). Every few ms, the server reads the state of the
+// session, and sends changes to the pages. A page gets new chunks only after it has drawn the last
+// ones. It skips the states in between. So a slow or stopped page does not delay other pages.
 #pragma once
 
 #include <cstdint>
@@ -32,30 +32,30 @@
 namespace kibori::studio {
 
 struct Limits {
-  size_t message_bytes = size_t{1} << 20;     // max size of a page's message
-  uint64_t import_bytes = uint64_t{1} << 30;  // max size of an upload
-  size_t waiting_bytes = size_t{8} << 20;     // unread bytes after which a page is dropped
-  size_t connections = 32;                    // that have shown the key
-  size_t strangers = 16;                      // that have not; one more disconnects the oldest
-  double header_s = 10;                       // limit for a request's head and a page's first
-                                              // message
+  size_t message_bytes = size_t{1} << 20;     // maximum size of a page's message
+  uint64_t import_bytes = uint64_t{1} << 30;  // maximum size of an upload
+  size_t waiting_bytes = size_t{8} << 20;  // maximum size of unread data; then the page is dropped
+  size_t connections = 32;                 // maximum number with the key
+  size_t strangers = 16;  // maximum number without; one more disconnects the oldest
+  // Time limit for the head of a request, and for the first message of a page [s].
+  double header_s = 10;
 };
 
-// Serving the network.
+// Options for serving the network.
 struct LanOptions {
-  std::vector<std::string> addresses;  // numeric, of this machine
-  uint16_t port = 0;                   // 0: any free one
+  std::vector<std::string> addresses;  // numeric addresses of this machine
+  uint16_t port = 0;                   // 0: any free port
   std::filesystem::path certificate;   // see keep_certificate
 };
 struct LanPlace {
   std::vector<std::string> urls;
-  std::string fingerprint;       // of the certificate
-  std::string certificate_made;  // why it is a new one; empty: it is the old one
+  std::string fingerprint;       // fingerprint of the certificate
+  std::string certificate_made;  // reason why it is new; empty: it is the old one
 };
 
 class Server {
  public:
-  // Listens on 127.0.0.1. Port 0 chooses a free one. `how` applies to documents that pages open.
+  // Listens on 127.0.0.1. Port 0 selects a free port. `how` applies to documents that pages open.
   // Errors: the port is in use.
   static Result<std::unique_ptr<Server>> listen(Library library, uint16_t port,
                                                 const SessionOptions& how = {},
@@ -63,33 +63,33 @@ class Server {
   ~Server();
 
   uint16_t port() const;
-  // The address with the token. A browser can open it once.
+  // Returns the address with the token. It can be opened once.
   std::string url() const;
-  // Calls `notify` with a new address if another browser opens a used one, because the user may
-  // have opened it on purpose.
+  // Sets a callback for new addresses. If a browser opens a used address, the server makes a new
+  // address and calls `notify`. The user may have opened the used address on purpose.
   void on_new_address(std::function<void(const std::string& url)> notify);
   // Also serves devices of the network, over TLS. They must pair with a code. `on_code` receives
-  // each new code: at offer_code(), and when a device opens the page and none is valid. Errors: an
-  // address or the port cannot be used, or the certificate cannot be stored.
+  // each new code: in offer_code(), and when a device opens the page while no code is valid.
+  // Errors: an address or the port cannot be used; the certificate cannot be stored.
   Result<LanPlace> serve_lan(const LanOptions& how,
                              std::function<void(const std::string& code)> on_code);
-  // Makes a code unless there is a valid one.
+  // Makes a code, unless there is a valid one.
   void offer_code();
-  // Sends every tick of a hand to the publisher too.
+  // Also sends every tick of a hand to the publisher.
   void publish_by(std::unique_ptr<Publisher> publisher);
-  // Shows a document.
+  // Shows a document on all pages.
   void show(std::unique_ptr<Session> session);
-  // True if this document is shown and no job is running.
+  // Returns true if this document is shown and no job is running.
   bool shows(const std::string& file) const;
   // Sends a sentence to every page.
   void notify(const std::string& text);
-  // Runs until stop() returns true. It is called every few ms.
+  // Runs until stop() returns true. stop() is called every few ms.
   void run(const std::function<bool()>& stop);
-  // Saves and closes the open document. If its own file could not be written, returns a sentence
-  // that says where the document is now.
+  // Saves and closes the open document. If its file could not be written, returns a sentence with
+  // the place where the document is now. Otherwise, returns an empty text.
   std::string close();
-  // After close(): false if work still runs. Its result is not needed. Destroying the server waits
-  // for it.
+  // Call this after close(). Returns false if a job still runs. Its result is not needed, but the
+  // destructor waits for it.
   bool idle() const;
 
   struct State;  // internal

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The state that the server, its pages and its connections share. Internal to apps/studio. The
-// server's thread owns it.
+// The state that the server, its pages and its connections share. It belongs to the server's
+// thread. Internal to apps/studio.
 #pragma once
 
 #include <chrono>
@@ -32,19 +32,19 @@ namespace kibori::studio {
 
 class WebSocketClient;
 
-// An entrance for connections: from this machine, or from the network.
+// An entrance: a way to connect, from this machine or from the network.
 struct Entrance {
-  std::string scheme;  // http or https
-  // This server's names in a browser, as the header Host has them.
+  std::string scheme;  // `http` or `https`
+  // The values that the header Host may have.
   std::vector<std::string> hosts;
   GuestList guests;
-  // The entrance of the network: devices show a session in the cookie named `cookie`. Null: the
-  // entrance of this machine, where browsers show the door's key.
+  // Not null for the entrance of the network. There, devices show a session in the cookie `cookie`.
+  // Null for the entrance of this machine, where browsers show the key of the door.
   Pairing* pairing = nullptr;
   std::string cookie;
 };
 
-// The materials as JSON for pages: name, colour, growth rings, grain and force law.
+// Returns the materials as JSON for pages: name, colour, growth rings, grain and force law.
 nlohmann::json materials_json(const std::vector<Material>& materials);
 
 struct Server::State {
@@ -62,20 +62,20 @@ struct Server::State {
   void follow();
   void send_ticks();
   void send_state();
-  // Sends a description of the force device that holds the tool to this page, or to every page if
-  // null.
+  // Sends a description of the force device that holds the tool to `page`. If `page` is null, sends
+  // it to every page.
   void send_device(WebSocketClient* page);
   void send_work();
   void hold(WebSocketClient* page);
   void on_message(WebSocketClient& page, const FromPage& message);
   // Sends a sentence to every page.
   void notify(const std::string& text);
-  // Replaces the shown document. Null: shows the start page.
+  // Replaces the document that is shown. Null: the start page is shown.
   void show(std::unique_ptr<Session> opened);
-  // Makes or opens a document on another thread and shows it. `fresh` is the path of a new
-  // document, which is removed if it is not wanted; else empty. `done` receives the result; its
-  // error is empty if the job was cancelled. Without `done`, every page gets the error. Error: a
-  // document is open, or a job is running.
+  // Makes or opens a document on another thread, and shows it. `fresh` is the path if the document
+  // is new; otherwise empty. If the result is not wanted, a new document is removed. `done`
+  // receives the result. If the job was cancelled, the result is an error without text. Without
+  // `done`, every page gets the error. Errors: a document is open; a job is running.
   Status open(const std::string& what, const std::filesystem::path& fresh,
               std::function<Result<std::unique_ptr<Session>>(std::atomic<double>&)> make,
               std::function<void(const Status&)> done = {});
@@ -96,58 +96,59 @@ struct Server::State {
   void follow_experiment();
   // Sends the state of a milling job.
   void follow_playback();
-  // Makes a document of the milling job and shows it.
+  // Makes a document of the milling job, and shows it.
   void keep_program(WebSocketClient& page, const std::string& name);
   // Sends a message to every page.
   void send(const std::vector<uint8_t>& message);
-  // The content of the start page, for the page with this key.
+  // Returns the content of the start page as JSON, for the page with this key.
   std::string start_json(const std::string& key) const;
-  // The page with this key. Null: none.
+  // Returns the page with this key, or null.
   WebSocketClient* page_of(const std::string& key) const;
 
-  std::unique_ptr<Session> session;  // null: nothing is open
-  // The session if a hand carves in it, else null.
+  std::unique_ptr<Session> session;  // null: no document is open
+  // Returns the session if a hand carves in it, or null.
   LiveSession* live() const { return session ? session->live() : nullptr; }
   const HapticDeviceState* haptic_device() const { return live() ? live()->held() : nullptr; }
   const Library library;
-  const SessionOptions how;  // applies to documents that are opened
+  const SessionOptions how;  // for documents that are opened
   const Limits limits;
   Door door;
   Pairing pairing;
-  Entrance local, network;  // guests leave them when `loop` is destroyed
+  Entrance local, network;  // their guests leave when `loop` is destroyed
   Imports imports;
   std::set<WebSocketClient*> pages;  // pages that have sent Hello
   WebSocketClient* holder = nullptr;
-  // Sentences about documents that could not be saved in their own files: where each one is now.
-  // The job that saves a document adds its sentence.
+  // Sentences about documents that could not be saved in their own files: the place where each one
+  // is now. The job that saves a document adds its sentence.
   const std::shared_ptr<std::string> left_unsaved = std::make_shared<std::string>();
   double ticks_sent = 0;
-  std::optional<HandTick> second_tick;  // the latest
-  bool second_hand_sent = false;        // the last message had a second hand
+  std::optional<HandTick> second_tick;  // the latest one
+  bool second_hand_sent = false;        // true if the last message had a second hand
   std::vector<uint8_t> second_message();
-  std::vector<float> tick_rows;          // not sent yet
-  std::unique_ptr<Publisher> publisher;  // null: not requested
+  std::vector<float> tick_rows;          // rows that are not sent yet
+  std::unique_ptr<Publisher> publisher;  // null if not requested
   void update_publisher();               // sends the description of the current document
-  bool traced = false;                   // the experiment's result was sent
-  std::vector<uint8_t> trace_sent;       // for pages that connect later; empty: none yet
-  // The last messages about a milling job, for pages that connect later, and their content.
+  bool traced = false;                   // true if the result of the experiment was sent
+  std::vector<uint8_t> trace_sent;       // for pages that connect later; empty: nothing sent yet
+  // The last messages about a milling job, and their content. Pages that connect later get the
+  // messages.
   std::vector<uint8_t> playback_sent, played_sent;
   std::tuple<size_t, bool, size_t> problems_sent;
   PlaybackStatus last_status;
   Clock::time_point played_at{};
-  std::optional<ShowTool> shown;   // the tool; none: unknown
-  std::optional<ShowStamp> stamp;  // its triangles if it is a stamp
+  std::optional<ShowTool> shown;   // the tool; none: it is unknown
+  std::optional<ShowStamp> stamp;  // triangles of the tool if it is a stamp
   std::string sent_error;
   Clock::time_point error_sent_at{}, clipped_at{};
   Clock::time_point state_at{}, ticks_at{}, work_at{};
   std::function<bool()> stop;
-  // Destroyed before the members above, because its pending handlers use them.
+  // Destroyed before the members above, because pending handlers of the loop use these members.
   net::Loop loop;
   net::Listener listener{loop};
-  std::unique_ptr<TlsListener> tls_listener;  // null: no network
+  std::unique_ptr<TlsListener> tls_listener;  // null: the network is not served
   net::Timer timer{loop};
   Job job{loop};
-  bool all_ended = true;  // false: close() found work that still runs
+  bool all_ended = true;  // false: close() found a job that still runs
 };
 
 }  // namespace kibori::studio

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A map of a body: colours on its surface, and numbers.
+// A map shows properties of a body as colours on its surface, and as numbers.
 #pragma once
 
 #include <algorithm>
@@ -18,15 +18,16 @@ class SurfaceMap {
   virtual ~SurfaceMap() = default;
 
   virtual BodyId body() const = 0;
-  // True if the map is still valid for these bodies at that step.
+  // Returns true if the map is still valid for these bodies at this step.
   virtual bool is_of(const kibori::BodyList& bodies, BodyId worked_on, StepId step) const = 0;
-  // Colours a chunk and keeps its numbers.
+  // Colours a chunk, and stores the chunk's numbers.
   virtual SurfaceChunk paint(SurfaceChunk chunk, const Index3& at) = 0;
-  // The numbers of all painted chunks as a message. `volume_mm3`: the body's current volume.
+  // Returns the numbers of all coloured chunks as a message. `volume_mm3` is the current volume of
+  // the body.
   virtual std::vector<uint8_t> message(double volume_mm3) const = 0;
 };
 
-// Orders chunks by position.
+// Orders chunks by their positions.
 struct ChunkOrder {
   bool operator()(const Index3& a, const Index3& b) const {
     return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);

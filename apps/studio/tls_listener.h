@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Accepts TLS connections, and hands each over as a plain stream of bytes. Internal to apps/studio.
+// Accepts TLS connections, and passes each one on as a plain stream of bytes. Internal to
+// apps/studio.
 //
 //   device == TLS ==> Link == a pair of local sockets ==> HttpConnection
 //
@@ -21,10 +22,10 @@ namespace kibori::studio {
 
 class TlsListener {
  public:
-  // Listens on `port` of each address. Port 0 chooses a free one. `pem` has the key and the
-  // certificate. A connection is a stranger of `guests` during its handshake, which must end within
-  // `handshake`. `guests` must outlive the loop. Errors: the certificate cannot be used, an address
-  // is not of this machine, or the port is in use.
+  // Listens on `port` of each address. Port 0 selects a free port. `pem` has the key and the
+  // certificate. During its handshake, a connection is a stranger of `guests`. The handshake must
+  // end within `handshake`. `guests` must outlive the loop. Errors: the certificate cannot be used;
+  // an address is not of this machine; the port is in use.
   static Result<std::unique_ptr<TlsListener>> listen(
       net::Loop& loop, const std::vector<std::string>& addresses, uint16_t port,
       const std::string& pem, GuestList& guests, net::Duration handshake,

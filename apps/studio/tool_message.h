@@ -11,10 +11,11 @@
 
 namespace kibori::studio {
 
-// The tool as JSON, or "null" if there is none. For a mesh, only the shape.
+// Returns the tool as JSON, or "null" if there is none. For a mesh, returns only the name of the
+// shape.
 std::string tool_message(const std::optional<Tool>& tool);
 
-// The triangles of a mesh. None for other tools.
+// Returns the triangles of a mesh. Returns nothing for other tools.
 std::optional<ShowStamp> stamp_message(const Tool& tool);
 
 }  // namespace kibori::studio

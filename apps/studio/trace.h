@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Encodes the result of an experiment as a message.
+// Encodes the trace of an experiment (its ticks with their forces) as a message.
 #pragma once
 
 #include "apps/studio/session/experiment_session.h"
@@ -8,8 +8,8 @@
 
 namespace kibori::studio {
 
-// If there are too many ticks, it divides them into groups of successive ticks. It keeps the tick
-// with the largest force of each group.
+// Returns the trace. If there are too many ticks, they are divided into groups of neighbouring
+// ticks. The trace has the tick with the largest force of each group.
 Trace trace_of(const ExperimentSession& run, const Carving& carving);
 
 }  // namespace kibori::studio

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One open page: its messages, and what it has received. Internal to apps/studio.
+// One open page: its messages, and the data that it has received. Internal to apps/studio.
 #pragma once
 
 #include <deque>
@@ -20,19 +20,18 @@ namespace kibori::studio {
 
 class WebSocketClient : public std::enable_shared_from_this<WebSocketClient> {
  public:
-  // `admits` returns true if the page may enter with this key.
+  // `admits` returns true if a page with this key may enter.
   WebSocketClient(std::unique_ptr<net::WebSocket> socket, Server::State& server,
                   std::shared_ptr<Guest> guest, std::function<bool(std::string_view key)> admits);
   ~WebSocketClient();
 
-  // Completes the handshake, and reads from then on.
+  // Completes the handshake, and reads messages from then on.
   void accept();
   void send(std::vector<uint8_t> message);
   void notify(const std::string& text) { send(encode(Notice{text})); }
-  // Forgets everything that the page has received. Call this when another document is shown, or
-  // none.
+  // Forgets what the page has received. Call this when another document is shown, or none.
   void restart();
-  // Marks chunks that have changed since this page got them.
+  // Marks chunks that have changed since the page received them.
   void changed(const std::vector<Session::ChunkPlace>& chunks) {
     dirty_.insert(chunks.begin(), chunks.end());
   }
@@ -42,16 +41,16 @@ class WebSocketClient : public std::enable_shared_from_this<WebSocketClient> {
   void got(uint32_t frame) {
     if (frame == frame_) got_ = frame;
   }
-  // This page's view of the method.
+  // Returns the method view of this page.
   MethodView& method() { return method_; }
-  // Shows or hides a coloured map on this page: remaining material or printing faults.
+  // Show or hide a coloured map on this page: remaining material or print problems.
   void show_remains(bool shown);
   void show_faults(bool shown, const PrintCheckOptions& options);
   // Updates the map for the current bodies.
   void follow_map();
   void offer_method(MethodView::Clock::time_point now);
   size_t waiting_bytes() const { return waiting_bytes_; }
-  // The id that this page's HTTP requests use. No other page knows it.
+  // Returns the id for the HTTP requests of this page. No other page knows it.
   const std::string& key() const { return key_; }
 
  private:
@@ -68,15 +67,15 @@ class WebSocketClient : public std::enable_shared_from_this<WebSocketClient> {
   void forget(BodyId body);
   void read();
   void greet();
-  // Closes the connection with a code of RFC 6455: the page has no valid key, or there are too many
-  // pages.
+  // Closes the connection with a code of RFC 6455. The reason is that the page has no valid key, or
+  // that there are too many pages.
   void refuse(uint16_t why);
   void write();
   void drop();
   void leave();
 
   const std::unique_ptr<net::WebSocket> socket_;
-  net::Timer first_;  // runs until the page sends Hello
+  net::Timer first_;  // runs out if the page does not send Hello
   Server::State& server_;
   const std::string key_;
   std::shared_ptr<Guest> guest_;
@@ -84,13 +83,13 @@ class WebSocketClient : public std::enable_shared_from_this<WebSocketClient> {
   std::deque<std::vector<uint8_t>> queue_;
   size_t waiting_bytes_ = 0;
   std::set<Session::ChunkPlace, Before> dirty_;
-  // The hash of each chunk as last sent.
+  // The hash of each chunk when it was last sent.
   std::map<Session::ChunkPlace, uint64_t, Before> sent_;
-  uint64_t sent_bodies_ = 0;  // see Session::bodies_revision()
+  uint64_t sent_bodies_ = 0;  // the last Session::bodies_revision() that was sent
   std::string sent_list_;
-  std::map<BodyId, Pose> shown_bodies_;  // whose chunks the page has or will get
+  std::map<BodyId, Pose> shown_bodies_;  // bodies whose chunks the page has or will get
   uint32_t frame_ = 0, got_ = 0;
-  bool more_ = false;  // Chunks::more of the last frame that was sent
+  bool more_ = false;  // Chunks::more of the last frame
   size_t sent_steps_ = 0;
   Session::Versions sent_versions_;
   MethodView method_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Encodes and decodes messages. See protocol/messages.json.
+// Encodes and decodes messages between studio and page. See protocol/messages.json.
 #pragma once
 
 #include <bit>
@@ -54,8 +54,8 @@ std::vector<uint8_t> encode(Message message) {
   return writer.take();
 }
 
-// Reads values from received bytes. get() returns false if the bytes are too short, a number is not
-// finite, or an enumerator is unknown.
+// Reads values from received bytes. get() returns false if there are too few bytes, a number is not
+// finite, or the value of an enumeration is unknown.
 class Reader {
  public:
   Reader(const uint8_t* bytes, size_t count) : at_(bytes), end_(bytes + count) {}
@@ -88,8 +88,8 @@ class Reader {
   const uint8_t *at_, *end_;
 };
 
-// Decodes one of the messages of a variant. Nothing if the kind is unknown, the length is wrong, or
-// a field is out of range (in_range).
+// Decodes one of the messages of a variant. Returns nothing if the kind is unknown, the length is
+// wrong, or a field is out of range (in_range).
 template <class Messages, size_t kIndex = 0>
 std::optional<Messages> decode(const uint8_t* bytes, size_t count) {
   if constexpr (kIndex == std::variant_size_v<Messages>) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Assertions for programming errors, in two tiers. KIBORI_CHECK is cheap and also runs in release
-// builds. KIBORI_DEBUG_CHECK may be slow and runs in debug builds only. Never assert on bad input:
-// see result.h.
+// Assertions for programming errors. There are two kinds. KIBORI_CHECK is cheap and also runs in
+// release builds. KIBORI_DEBUG_CHECK may be slow and runs in debug builds only. Bad input is not a
+// programming error: return an Error instead (result.h).
 #pragma once
 
 #include <cstdio>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Passes data between two threads without a lock: the newest value (LatestValue), or a few items in
-// order (SmallQueue).
+// Passes data from a writer thread to a reader thread without a lock. LatestValue passes the newest
+// value. SmallQueue passes a few items in order. Each object has one writer and one reader.
 #pragma once
 
 #include <array>
@@ -11,19 +11,22 @@
 
 namespace kibori {
 
-// One writer, one reader. The reader gets the newest value; older ones are lost. There are three
-// slots: the writer's, the reader's, and one between them that they exchange.
+// The reader gets the newest value. If the writer puts two values before the reader takes one, the
+// older value is lost. There are three slots: the writer's (mine_), the reader's (theirs_), and one
+// between them (between_). put() and take() exchange their slot with the one between.
 template <class T>
 class LatestValue {
  public:
-  // Writer.
+  // Only the writer thread may call this.
   void put(T value) {
     places_[mine_] = std::move(value);
     mine_ =
         between_.exchange(static_cast<uint8_t>(mine_ | kNew), std::memory_order_acq_rel) & kPlace;
-    // A value that was not read in time is now in `mine_`. The next put overwrites it.
+    // If the reader did not take the previous value, that value is now in `mine_`. The next put()
+    // overwrites it.
   }
-  // Reader. Returns true if there was a new value, and moves it to `value`.
+  // Only the reader thread may call this. If there is a new value, moves it to `value` and returns
+  // true.
   bool take(T& value) {
     if (!(between_.load(std::memory_order_relaxed) & kNew)) return false;
     theirs_ = between_.exchange(theirs_, std::memory_order_acq_rel) & kPlace;
@@ -39,11 +42,11 @@ class LatestValue {
   uint8_t mine_ = 0, theirs_ = 2;
 };
 
-// One writer, one reader, in order. Full at kRoom items.
+// A queue of up to kRoom items.
 template <class T, size_t kRoom = 64>
 class SmallQueue {
  public:
-  // Writer. Returns false if the queue is full.
+  // Only the writer thread may call this. Returns false if the queue is full.
   bool push(T value) {
     if (full()) return false;
     const size_t end = end_.load(std::memory_order_relaxed);
@@ -51,19 +54,21 @@ class SmallQueue {
     end_.store(end + 1, std::memory_order_release);
     return true;
   }
-  // Writer. True if push() would return false.
+  // Only the writer thread may call this. Returns true if push() would return false.
   bool full() const {
     return end_.load(std::memory_order_relaxed) - begin_.load(std::memory_order_acquire) == kRoom;
   }
-  // Reader.
+  // Only the reader thread may call this.
   bool empty() const {
     return begin_.load(std::memory_order_relaxed) == end_.load(std::memory_order_acquire);
   }
-  // Reader. The item that pop() will return; null if the queue is empty.
+  // Only the reader thread may call this. Returns the item that pop() would return, or null if the
+  // queue is empty.
   const T* front() const {
     return empty() ? nullptr : &places_[begin_.load(std::memory_order_relaxed) % kRoom];
   }
-  // Reader. Returns false if the queue is empty.
+  // Only the reader thread may call this. Moves the oldest item to `value`. Returns false if the
+  // queue is empty.
   bool pop(T& value) {
     const size_t begin = begin_.load(std::memory_order_relaxed);
     if (begin == end_.load(std::memory_order_acquire)) return false;

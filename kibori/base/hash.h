@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A 64-bit content hash. Order matters. The result is the same on all platforms, because values are
-// mixed as integers. Not cryptographic.
+// A 64-bit hash of content. The order of the values matters. The hash mixes values as integers, so
+// it is the same on all platforms. It is not cryptographic.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 
 namespace kibori {
 
-// Accumulates values. value() may be read at any time.
+// Accumulates values. After a call of value(), more values may be added.
 class Hash {
  public:
   void add(uint64_t value) {
@@ -24,7 +24,8 @@ class Hash {
   }
   void add(float value) { add(uint64_t{std::bit_cast<uint32_t>(value)}); }
   void add(double value) { add(std::bit_cast<uint64_t>(value)); }
-  // Eight bytes per word, the first byte lowest.
+  // Adds `count`, and then the bytes in words of eight bytes. The first byte of a word is its
+  // lowest one.
   void add(const uint8_t* bytes, size_t count) {
     add(uint64_t{count});
     for (size_t i = 0; i < count; i += 8) {
@@ -40,7 +41,7 @@ class Hash {
   uint64_t state_ = 0x6b69626f7269ull;
 };
 
-// 16 hexadecimal digits, for people and documents.
+// Returns a hash as 16 hexadecimal digits, for people and documents.
 inline std::string hash_text(uint64_t hash) {
   char text[17];
   std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(hash));

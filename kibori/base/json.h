@@ -12,12 +12,12 @@ namespace kibori {
 
 using Json = nlohmann::json;
 
-// Maximum depth of nested lists and objects. Copying and writing a value uses the stack for each
-// level; 100 000 levels overflow it. Kibori's own formats have at most about ten levels.
+// Maximum nesting depth of lists and objects. Json copies and writes its values recursively, so
+// 100 000 levels would overflow the stack. Kibori's own formats have about ten levels at most.
 inline constexpr int kMaxJsonDepth = 100;
 
-// Returns a discarded value, which is neither an object nor a list, if the text is not JSON or is
-// nested too deep. `why` then receives the reason.
+// Parses a text. If the text is not JSON or is nested too deep, returns a discarded value, which is
+// neither an object nor a list. `why`, if given, receives the reason; it is empty after success.
 Json parse_json(std::string_view text, std::string* why = nullptr);
 
 }  // namespace kibori

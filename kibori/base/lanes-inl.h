@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
-// Vector helpers that the kernels share. Included once per Highway target.
+// Vector helpers that the kernels share. A source includes this file once per Highway target. A
+// target is one instruction set, for example AVX2.
 //
-// Rows always have 16 lanes: one AVX-512 vector, two of AVX2, or four of SSE. Every operation here
-// is IEEE +, -, *, /, sqrt or integer work on each lane alone. Therefore, a lane's bits do not
-// depend on the target. MulAdd is not used, because it fuses on some targets.
+// A row always has 16 lanes. The lanes that one vector holds are a group: a row is one group of
+// AVX-512, two of AVX2, or four of SSE. Every operation here is IEEE +, -, *, /, sqrt or integer
+// work, for each lane separately. Therefore, a lane's bits do not depend on the target. MulAdd is
+// not used, because it rounds once on some targets and twice on others.
 
 #if defined(KIBORI_BASE_LANES_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef KIBORI_BASE_LANES_INL_H_
@@ -37,13 +39,13 @@ inline constexpr unsigned kGroupMask = (1u << kLanes) - 1;
 
 HWY_INLINE VF F(float x) { return hn::Set(DF(), x); }
 
-// base + lane index, for the lanes of a group, rounded once. Two additions would round twice:
-// (base + 8) + 3 can differ from base + 11 in the last bit.
+// Returns base + lane index for the lanes of a group. Each sum is rounded once. With two additions,
+// a sum would depend on the target: (base + 8) + 3 can differ from base + 11 in the last bit.
 HWY_INLINE VF LanesFrom(float base, size_t group) {
   return hn::Add(F(base), hn::Iota(DF(), static_cast<float>(group * kLanes)));
 }
 
-// Lane masks as bits, lane 0 lowest.
+// Converts a mask of lanes to bits (lane 0 is the lowest bit), and back.
 HWY_INLINE unsigned Bits(MF m) {
   uint16_t bits = 0;
   hn::StoreMaskBits(DF(), m, reinterpret_cast<uint8_t*>(&bits));
@@ -55,8 +57,8 @@ HWY_INLINE MF FromBits(unsigned bits) {
   return hn::LoadMaskBits(DF(), bytes);
 }
 
-// 1/sqrt(x) for x > 0, with a relative error of about 5e-6. It uses an integer first guess and two
-// Newton steps, so the result is equal on every target.
+// Returns 1 / sqrt(x) for x > 0, with a relative error of about 5e-6. An integer operation gives a
+// first guess, and two Newton steps improve it. Therefore, the result is the same on every target.
 HWY_INLINE VF RoughRsqrt(VF x) {
   const DF d;
   const DI di;
@@ -67,25 +69,26 @@ HWY_INLINE VF RoughRsqrt(VF x) {
   return hn::Mul(y, hn::Sub(F(1.5f), hn::Mul(hn::Mul(half, y), y)));
 }
 
-// Scale of a unit normal's components in normal_code.h; negative if `flip`.
+// Factor from a component of a unit normal to its number in normal_code.h. `flip` reverses the
+// normal.
 HWY_INLINE float NormalScale(bool flip) { return flip ? -32767.0f : 32767.0f; }
 
-// The code of normal_code.h for the (u, v) part of a vector. `scale` is NormalScale divided by the
-// vector's length.
+// Returns the code (normal_code.h) of a vector, from its u and v components. `scale` is NormalScale
+// divided by the vector's length.
 HWY_INLINE VU EncodeScaled(VF u, VF v, VF scale) {
   const DU du;
-  // The sum with 1.5 x 2^23 rounds to an integer, which is then in the low mantissa bits.
+  // The addition of 1.5 x 2^23 rounds to an integer, and puts it into the low bits of the mantissa.
   const VF e = hn::Add(hn::Mul(u, scale), F(12582912.0f)),
            f = hn::Add(hn::Mul(v, scale), F(12582912.0f));
   return hn::Or(hn::And(hn::BitCast(du, e), hn::Set(du, 0xffffu)),
                 hn::ShiftLeft<16>(hn::BitCast(du, f)));
 }
 
-// The same for a vector of any length > 0.
+// Returns the code of a vector of any length > 0. `scale` is NormalScale.
 HWY_INLINE VU EncodeNormal(VF u, VF v, VF depth, float scale) {
   const VF length2 =
       hn::Add(hn::Add(hn::Mul(u, u), hn::Mul(v, v)), hn::Max(hn::Mul(depth, depth), F(1e-30f)));
-  // The approximate root may be 5e-6 too large. The factor keeps the result within 16 bits.
+  // RoughRsqrt may be too large by 5e-6. The factor keeps the components within 16 bits.
   return EncodeScaled(u, v, hn::Mul(RoughRsqrt(length2), F(scale * 0.99999f)));
 }
 

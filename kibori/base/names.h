@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Names of an enum's values, for files, messages and command lines. An enum with names has a
-// function next to it that returns them in order:
+// Converts the values of an enum to names and back, for files, messages and command lines. An enum
+// with names has a function names_of next to it. This function returns the names in the order of
+// the values:
 //
 //   enum class Mode { cut, deposit };
 //   constexpr Names<2> names_of(Mode) { return {"cut", "deposit"}; }
@@ -21,13 +22,13 @@ concept Named = requires(Enum value) {
   names_of(value).size();
 };
 
-// The name of a value.
+// Returns the name of a value.
 template <Named Enum>
 constexpr std::string_view name_of(Enum value) {
   return names_of(value)[static_cast<size_t>(value)];
 }
 
-// The value with this name; nullopt if there is none.
+// Returns the value with this name; nullopt if there is none.
 template <Named Enum>
 constexpr std::optional<Enum> value_of(std::string_view name) {
   const auto names = names_of(Enum{});

@@ -9,21 +9,21 @@
 namespace kibori {
 
 namespace detail {
-// Calls call(context, i) for i < count on up to `threads` threads of the pool.
+// Calls call(context, i) for each i < count, on up to `threads` threads of the pool.
 void run_on_pool(int threads, size_t count, void (*call)(void*, size_t), void* context);
 }  // namespace detail
 
 // Runs f(0) ... f(count - 1) on up to `threads` threads, and returns when all are done. If threads
-// <= 1 or count <= 1, it runs on the caller's thread, in order and without allocation.
+// <= 1 or count <= 1, all calls run on the caller's thread, in order and without allocation.
 template <class F>
 void run_parallel(int threads, size_t count, F&& f) {
   if (threads <= 1 || count <= 1) {
     for (size_t i = 0; i < count; i++) f(i);
     return;
   }
-  // Code before the call happens before every f, and every f before the code after the call. The
-  // pool guarantees this. `order` repeats it for the thread sanitiser, which cannot see into the
-  // pool.
+  // Each f sees what the caller wrote before this call. After this call, the caller sees what each
+  // f wrote. The pool guarantees this order, but the thread sanitiser cannot see into the pool. The
+  // accesses to `order` show the guarantee to the sanitiser.
   struct Job {
     F& f;
     std::atomic<size_t> order{0};
@@ -41,8 +41,9 @@ void run_parallel(int threads, size_t count, F&& f) {
   static_cast<void>(job.order.load(std::memory_order_acquire));
 }
 
-// Runs f(i, thread) once for each i < count, with thread < max(threads, 1). Use it for many short
-// pieces of work that need scratch memory per thread.
+// Calls f(i, thread) once for each i < count. `thread` is a number below max(threads, 1). Calls
+// that run at the same time have different numbers. Use this function for many short pieces of work
+// that need scratch memory per thread.
 template <class F>
 void run_parallel_slices(int threads, size_t count, F&& f) {
   if (threads <= 1) {
@@ -55,8 +56,8 @@ void run_parallel_slices(int threads, size_t count, F&& f) {
   });
 }
 
-// For very short pieces of work: calls f(first, number) for ranges of kPieceSize indices. The last
-// range may be shorter.
+// Use this function for very short pieces of work. It calls f(first, number) for ranges of `number`
+// indices that begin at `first`. Each range has kPieceSize indices; the last one may have fewer.
 inline constexpr size_t kPieceSize = 256;
 template <class F>
 void run_parallel_ranges(int threads, size_t count, F&& f) {
@@ -66,7 +67,7 @@ void run_parallel_ranges(int threads, size_t count, F&& f) {
   });
 }
 
-// The same, but calls f(i) for each i < count.
+// Like run_parallel_ranges, but calls f(i) for each i < count.
 template <class F>
 void run_parallel_pieces(int threads, size_t count, F&& f) {
   run_parallel_ranges(threads, count, [&](size_t first, size_t number) {

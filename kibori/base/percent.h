@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Formats a percentage, the same everywhere: 100 %, 99.7 %, 0.04 %.
+// Formats percentages in one style, for example 100 %, 99.7 % and 0.04 %.
 #pragma once
 
 #include <algorithm>
@@ -9,9 +9,10 @@
 
 namespace kibori {
 
-// Formats a share (1 is all) in percent, with one decimal. A value near 0 or 100 has more decimals,
-// up to six. They show two digits of the value, or of its difference from 100. So 100 % means all
-// and 0 % means none, to a millionth of a percent. The text has no exponent and no trailing zeros.
+// Formats a share (1 means all) as a percentage. The text normally has one decimal. Near 0 or 100,
+// it has up to six, to show two digits of the value, or of its difference from 100. "100 %" and
+// "0 %" are printed only if the value is within 0.000001 of 100 or 0. The text has no exponent, and
+// its decimals do not end with zeros.
 inline std::string percent(double share) {
   const double value = 100 * share, smaller = std::min(std::abs(value), std::abs(100 - value));
   const int decimals = smaller > 0 && std::isfinite(smaller)

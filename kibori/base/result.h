@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Errors as values. An error is one sentence for the user: what happened, where, what to do.
+// Errors are values. An error is one sentence for the user: what happened, where, what to do.
 #pragma once
 
 #include <string>
@@ -10,19 +10,19 @@
 
 namespace kibori {
 
-// If the text has more than 4000 bytes, an ellipsis replaces its middle.
+// An error. If the text has more than 4000 bytes, an ellipsis replaces its middle.
 struct Error {
   Error() = default;
   explicit Error(std::string text);
   std::string message;
 };
 
-// Makes a quoted text, such as a name from a file, safe for a message. Replaces control characters
-// by spaces. If the text has more than 300 bytes, an ellipsis replaces its middle.
+// Makes a text from outside, such as a name in a file, safe to quote in a message. Replaces control
+// characters by spaces. If the text has more than 300 bytes, an ellipsis replaces its middle.
 std::string sanitize_message(std::string text);
 
-// A value or an Error. Access to the one that is not set is a programming error and stops the
-// program.
+// A value or an Error. A call of value() for an error, or of error() for a value, is a programming
+// error and stops the program.
 template <class T>
 class [[nodiscard]] Result {
  public:

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Sine, cosine and angle of a direction. Their bits do not depend on the C library, so a replay
-// gives the same model on every machine. Accurate to 1e-15 within a turn (1e-14 within ten).
-// tests/test_base.cpp checks them against the C library.
+// Sine, cosine, and the angle of a direction. The bits of the results do not depend on the C
+// library, so a replay gives the same model on every machine. The error is below 1e-15 within one
+// turn, and below 1e-14 within ten turns. tests/test_base.cpp compares with the C library.
 #pragma once
 
 #include <cmath>
@@ -13,7 +13,7 @@ struct SinCos {
   double sin, cos;
 };
 
-// angle_rad: finite, within a few turns.
+// `angle_rad` must be finite, and within a few turns.
 inline SinCos sin_cos(double angle_rad) {
   constexpr double kHalfPi = std::numbers::pi / 2;
   constexpr double kHalfPiLow = 6.123233995736766e-17;  // pi/2 - double(pi/2)
@@ -38,10 +38,11 @@ inline SinCos sin_cos(double angle_rad) {
   }
 }
 
-// Angle in [0, pi] of the direction (cosine, sine >= 0). The pair need not be normalised.
+// Returns the angle in [0, pi] of the direction (cosine, sine), where sine >= 0. The pair need not
+// be normalised. Returns 0 if both are 0.
 inline double angle_of(double sine, double cosine) {
-  // Newton's method on sin(a - angle) = 0 from a coarse start. It converges cubically, so six steps
-  // are enough.
+  // Newton's method solves sin(a - angle) = 0 for the angle, where a is the angle of the direction.
+  // It starts with a coarse guess and converges cubically, so six steps are enough.
   const double length = std::sqrt(sine * sine + cosine * cosine);
   if (!(length > 0)) return 0;
   sine /= length;

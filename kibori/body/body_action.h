@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The actions on the bodies of a document. Each verb is a struct with its data. The bodies that the
-// action names are in BodyAction.
+// The actions on the bodies of a document. A BodyAction has a verb, and the ids of the bodies that
+// the action names. Each verb is a struct with its data.
 //
 // A new verb needs:
 // - a struct here and an entry in BodyVerb,
@@ -8,7 +8,7 @@
 // - its JSON in document/body_codec.cpp,
 // - its label in the studio.
 //
-// If one is missing, the code does not compile.
+// If one of these is missing, the code does not compile.
 #pragma once
 
 #include <array>
@@ -30,23 +30,23 @@ namespace kibori {
 using BodyId = int;
 inline constexpr size_t kMaxPathPoints = 4096;
 
-// Requirements of a verb on the bodies that it names.
+// What a verb requires of the bodies that the action names.
 struct BodyRule {
   enum class Changes { none, first, all };
   size_t fewest = 1;               // minimum number of bodies
-  Changes changes = Changes::all;  // bodies that it changes; they must not be locked or protected
-  bool of_no_go = false;           // true: it may change a protected body
-  bool places = false;             // true: it moves bodies, and their masks with them
+  Changes changes = Changes::all;  // bodies that it changes: they must not be locked or protected
+  bool of_no_go = false;           // true: it may change protected bodies, too
+  bool places = false;             // true: it moves bodies, together with their masks
 };
 
-// Only the properties that have a value are set.
+// Properties of a body. An action sets only those that have a value.
 struct BodyProperties {
   std::optional<std::string> name = {};
   std::optional<bool> visible = {}, locked = {}, no_go = {};
 };
 
-// Cuts with the cutter, in world coordinates. If no body is named, it cuts all bodies that may
-// change.
+// Cuts the bodies with the cutter, which is in world coordinates. If no body is named, it cuts all
+// visible bodies that are neither locked nor protected.
 struct BodyCut {
   static constexpr const char* kVerb = "cut";
   static constexpr BodyRule kRule{0};
@@ -59,31 +59,32 @@ struct BodyJoin {
   static constexpr BodyRule kRule{2};
 };
 
-// Cuts the other bodies from the first one. The others stay.
+// Cuts the other bodies out of the first one. The others stay.
 struct BodySubtract {
   static constexpr const char* kVerb = "subtract";
   static constexpr BodyRule kRule{2, BodyRule::Changes::first};
 };
 
-// Reduces the first body to what it shares with all others. The others stay.
+// Reduces the first body to the material that all other bodies contain, too. The others stay.
 struct BodyIntersect {
   static constexpr const char* kVerb = "intersect";
   static constexpr BodyRule kRule{2, BodyRule::Changes::first};
 };
 
-// Makes a body of each piece. The largest piece stays.
+// Divides each body into its connected pieces. The largest piece stays, and each other piece
+// becomes a new body.
 struct BodySeparate {
   static constexpr const char* kVerb = "separate";
   static constexpr BodyRule kRule{};
 };
 
-// Copies each body, in the same place.
+// Copies each body, in the same place. The copies are neither locked nor protected.
 struct BodyDuplicate {
   static constexpr const char* kVerb = "duplicate";
   static constexpr BodyRule kRule{1, BodyRule::Changes::none};
 };
 
-// Mirrors in a plane, in world coordinates.
+// Mirrors the bodies in a plane, which is in world coordinates.
 struct BodyMirror {
   static constexpr const char* kVerb = "mirror";
   static constexpr BodyRule kRule{.places = true};
@@ -97,7 +98,8 @@ struct BodyMove {
   Pose pose = {};
 };
 
-// Resets the body's pose to the identity and keeps its surface in place.
+// Sets each body's pose to the identity. Its model is converted, so that its surface stays in
+// place.
 struct BodyBake {
   static constexpr const char* kVerb = "bake";
   static constexpr BodyRule kRule{.of_no_go = true, .places = true};
@@ -109,15 +111,15 @@ struct BodyRemove {
   static constexpr BodyRule kRule{.of_no_go = true};
 };
 
-// Changes name, visibility, lock or protection.
+// Changes the name, the visibility, the lock or the protection of bodies.
 struct BodySet {
   static constexpr const char* kVerb = "set";
   static constexpr BodyRule kRule{1, BodyRule::Changes::none};
   BodyProperties properties = {};
 };
 
-// Adds a body that fills the volume of `tool` at `pose`. The action names no body. The new body
-// cannot be locked.
+// Adds a body that fills the volume of `tool` at `pose`. The action must not name a body. The new
+// body is never locked.
 struct BodyAdd {
   static constexpr const char* kVerb = "add";
   static constexpr BodyRule kRule{0};
@@ -127,23 +129,25 @@ struct BodyAdd {
   BodyProperties properties = {};
 };
 
-// Protects the part of the first body that `tool` covers along its path. This part becomes a mask.
-// If a second body is named, the part is added to that mask.
+// Protects the part of the first body that `tool` covers along its path. This part becomes a new
+// mask, which is a protected body. If a second body is named, it must be a mask, and the part is
+// added to it.
 struct BodyProtect {
   static constexpr const char* kVerb = "protect";
   static constexpr BodyRule kRule{1, BodyRule::Changes::none};
   Tool tool = BallTool{};
-  std::vector<Vec3> path_mm = {};                        // of the upright tool's tip, in the world
+  std::vector<Vec3> path_mm = {};                        // path of the upright tool's tip, world
   SplineOperation operation = SplineOperation::deposit;  // cut: removes the part from the mask
-  bool follows = true;             // a new mask moves, turns and mirrors with the first body
+  bool follows = true;             // true: a new mask moves, turns and mirrors with the first body
   BodyProperties properties = {};  // of a new mask: its name
 };
 
-// Adds a shape, cuts it away, or keeps only what is inside it.
+// Adds a spline's shape to a body, cuts the shape out of it, or keeps only what is inside the
+// shape.
 struct BodySpline {
   static constexpr const char* kVerb = "spline";
   static constexpr BodyRule kRule{};
-  SplineShape shape = {};  // in the world
+  SplineShape shape = {};  // in world coordinates
   SplineOperation operation = SplineOperation::deposit;
   uint8_t material = 0;
 };
@@ -174,7 +178,7 @@ struct BodyAction {
 inline std::string_view verb_of(const BodyAction& action) {
   return kBodyVerbs[action.verb.index()];
 }
-// A verb by its name, with default data; nullopt if the name is unknown.
+// Returns the verb with this name, with default data; nullopt if the name is unknown.
 std::optional<BodyVerb> default_verb(std::string_view name);
 
 }  // namespace kibori

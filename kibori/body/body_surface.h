@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The surfaces of a list of bodies, at their poses, joined for pictures and exports.
+// Joins the surfaces of several bodies at their poses, for pictures and exports.
 #pragma once
 
 #include <span>
@@ -9,12 +9,13 @@
 
 namespace kibori {
 
-// True if pictures and exports of `among` show the body. Invisible bodies are left out. Protected
-// bodies (templates, masks) overlap the others' material: they are shown only if all are protected.
+// True if pictures and exports of the bodies `among` show this body. They leave out invisible
+// bodies. Protected bodies (templates, masks) overlap the material of other bodies, so they are
+// shown only if all bodies are protected.
 bool is_shown(const Body& body, std::span<const Body> among);
 
-// The surfaces of all shown bodies, at their poses [mm], as one surface. Results do not depend on
-// `threads`.
+// Returns the surfaces of all shown bodies at their poses [mm], as one surface. The result does not
+// depend on `threads`.
 Surface surface_of(std::span<const Body> bodies, int threads);
 
 }  // namespace kibori

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Converts a model to another place on its own lattice: turned, moved, or mirrored. The surface is
-// transformed and scan-converted. Sharp edges stay sharp, and faces keep their positions to a few
+// Moves, turns or mirrors a model relative to its lattice. The surface of the model is extracted,
+// transformed and scan-converted. Sharp edges stay sharp. Faces keep their positions to a few
 // hundredths of a cell.
 #pragma once
 
@@ -11,7 +11,7 @@
 
 namespace kibori {
 
-// x -> linear x + shift [mm]. `linear` is a rotation, or a rotation with a mirror.
+// The map x -> linear x + shift [mm]. `linear` is a rotation, or a rotation and a mirror image.
 struct Affine {
   Mat3 linear = Mat3::Identity();
   Vec3 shift = Vec3::Zero();
@@ -19,12 +19,13 @@ struct Affine {
 
 // Result of place_model.
 struct Placed {
-  std::unique_ptr<TriDexel> model;  // shares memory with the original (TriDexel)
-  bool clipped = false;             // a part is beyond the lattice, and is lost
+  std::unique_ptr<TriDexel> model;  // shares memory with the original model (TriDexel)
+  bool clipped = false;             // true: a part was beyond the lattice, and is lost
 };
 
-// Materials and paint move with the model, with an error of up to a cell. Material that contains no
-// node is lost. Errors: the result is larger than a lattice can be.
+// Returns the transformed model. Its materials and its paint may be displaced by up to a cell.
+// Material that contains no node is lost. Errors: the result is larger than a lattice can be; an
+// error of scan_convert.
 Result<Placed> place_model(const Snapshot& model, const Affine& to, int threads = 1);
 
 }  // namespace kibori

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The bodies while the user works on one of them, the active one. Tools change the model of the
-// active body. The others keep their last state.
+// The bodies of a document while the user works on one of them, the active body. Tools change the
+// model of the active body. The other bodies keep their last state.
 #pragma once
 
 #include <utility>
@@ -11,7 +11,8 @@ namespace kibori {
 
 class Workbench {
  public:
-  // `model` is the model of body `active`. All other models must share its memory (TriDexel).
+  // `model` must be the model of body `active`. The models of all other bodies must share its
+  // memory (TriDexel).
   Workbench(TriDexel& model, BodyList bodies, BodyId active)
       : model_(model), bodies_(std::move(bodies)), active_(active) {}
   explicit Workbench(TriDexel& model) : Workbench(model, BodyList::of(model), 1) {}
@@ -20,16 +21,18 @@ class Workbench {
   BodyId active() const { return active_; }
   // All bodies in their current state.
   const BodyList& bodies();
-  // Errors: no such body.
+  // Makes a body active. Error: there is no such body.
   Status activate(BodyId id);
-  // Errors: see apply(). If the active body is removed, the first body becomes active.
+  // Applies an action. Errors: see apply(). If the action removes the active body, the first body
+  // becomes active.
   Result<BodyChange> act(const BodyAction& action, int threads = 1);
-  // The material that strokes on the active body must not cut at this moment; null if there is
-  // none. Errors: see no_go_of.
+  // Returns the region that strokes on the active body must not cut; null if there is none. It is
+  // valid until another body becomes active or an action changes bodies. Errors: see no_go_of.
   Result<const NoGo*> no_go();
-  // Handles the pieces that a stroke cut off. `before` is the model before the stroke.
+  // Handles the pieces that a stroke severed (take_crumbs). `before` is the model before the
+  // stroke.
   CrumbResult end_stroke(const Snapshot& before, Crumbs rule);
-  // Replaces all bodies.
+  // Replaces all bodies, and makes `active` the active one.
   void set(BodyList bodies, BodyId active);
 
  private:
@@ -38,7 +41,7 @@ class Workbench {
   TriDexel& model_;
   BodyList bodies_;
   BodyId active_;
-  // Cached result of no_go(). Empty after another body became active, or an action changed bodies.
+  // Cached result of no_go(). It has no value after another body became active, or after an action.
   std::optional<std::shared_ptr<const NoGo>> no_go_;
 };
 

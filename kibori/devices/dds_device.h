@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-// A haptic device behind DDS, for example a ROS 2 program. Its poses arrive on /kibori/device/pose
-// (PoseStamped). Its forces are sent on /kibori/device/wrench (WrenchStamped) once per tick, or
-// only the newest if the network is slower.
+// A force-feedback device behind DDS, for example a ROS 2 program. Poses arrive on
+// /kibori/device/pose (PoseStamped). Forces are sent on /kibori/device/wrench (WrenchStamped) in
+// every tick. If the network is slower, only the newest force is sent.
 //
-// SI units: m, N, N m, about the device's centre. x is right, y away from the user, z up. A
-// separate thread writes. The servo loop only exchanges the newest values with it.
+// DDS messages use SI units (m, N, N m) about the device's centre. x is right, y away from the
+// user, z up. A separate thread sends the forces. The servo loop exchanges only the newest values
+// with it.
 #pragma once
 
 #include <memory>
@@ -16,7 +17,7 @@ namespace kibori {
 
 class DdsDevice final : public Device {
  public:
-  // Errors: see DdsLink::open.
+  // Opens the device in this DDS domain. Errors: those of DdsLink::open.
   static Result<std::unique_ptr<DdsDevice>> open(uint32_t domain);
   ~DdsDevice() override;
 

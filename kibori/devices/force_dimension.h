@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Force Dimension's devices (omega, delta, sigma, lambda) and the Novint Falcon, through the
-// vendor's DHD library. open() loads it from $FORCEDIM_SDK or from the system's search path.
+// Devices of Force Dimension (omega, delta, sigma, lambda) and the Novint Falcon, through the
+// vendor's DHD library. open() loads the library from $FORCEDIM_SDK or from the system's search
+// path.
 #pragma once
 
 #include <chrono>
@@ -13,8 +14,8 @@ namespace kibori {
 
 class ForceDimensionDevice final : public Device {
  public:
-  // Opens the first device. Errors: no library, a library without a required function, no device,
-  // or an error from DHD.
+  // Opens the first device. Errors: the library is missing or lacks a function; no device is
+  // plugged in; DHD reports an error.
   static Result<std::unique_ptr<ForceDimensionDevice>> open();
   ~ForceDimensionDevice() override;
 

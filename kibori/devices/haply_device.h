@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Haply Inverse3, with a VerseGrip if there is one, through the Haply service: JSON over WebSocket.
-// The service answers each frame with one frame. Therefore, a separate thread talks to it, and
-// exchanges the newest values with the servo loop.
+// A Haply Inverse3, with a VerseGrip if there is one, through the Haply service (JSON over
+// WebSocket). The service answers each frame with one frame. A separate thread waits for these
+// answers. It exchanges only the newest values with the servo loop.
 #pragma once
 
 #include <memory>
@@ -13,8 +13,8 @@ namespace kibori {
 
 class HaplyDevice final : public Device {
  public:
-  // Errors: no answer at the address within two seconds, it is not the Haply service, or no
-  // Inverse3 is connected.
+  // Connects to the service. Errors: no answer within two seconds; the program at this address is
+  // not the Haply service; no Inverse3 is connected.
   static Result<std::unique_ptr<HaplyDevice>> open(const std::string& host = "localhost",
                                                    const std::string& port = "10001");
   ~HaplyDevice() override;

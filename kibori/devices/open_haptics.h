@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// 3D Systems' Touch family, through the vendor's OpenHaptics library (libHD). The library runs a
-// scheduler thread, which exchanges the newest values with the servo loop.
+// The Touch devices of 3D Systems, through the vendor's OpenHaptics library (libHD). The library
+// runs a scheduler thread. This thread exchanges only the newest values with the servo loop.
 #pragma once
 
 #include <memory>
@@ -11,8 +11,8 @@ namespace kibori {
 
 class OpenHapticsDevice final : public Device {
  public:
-  // Opens the default device. Errors: no library, a library without a required function, or an
-  // error from the library.
+  // Opens the default device. Errors: the library is missing or lacks a function; the library
+  // reports an error.
   static Result<std::unique_ptr<OpenHapticsDevice>> open();
   ~OpenHapticsDevice() override;
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Records a device's readings, and replays them as a device. Therefore, a session can be repeated
+// Records the readings of a device, and replays them as a device. So a session can be repeated
 // without a hand.
 //
-// Files are CSV, one reading per line: t [s], x y z [mm], the frame's nine numbers row by row,
-// buttons.
+// A recording is a CSV file with a heading. Each line has one reading: t [s], x y z [mm], the nine
+// numbers of the frame row by row, buttons.
 #pragma once
 
 #include <filesystem>
@@ -14,7 +14,7 @@
 
 namespace kibori {
 
-// One reading of a device, with its time since the start.
+// One reading of a device, with the time since the start.
 struct RecordedReading {
   double time_s = 0;
   Vec3 position_mm = Vec3::Zero();
@@ -22,14 +22,14 @@ struct RecordedReading {
   uint32_t buttons = 0;
 };
 
-// Errors: an unreadable file or line, with file and line.
+// Reads a recording. Errors: the file cannot be read or has no readings; a line is invalid. The
+// message names file and line.
 Result<std::vector<RecordedReading>> read_recording(const std::filesystem::path& path);
 
-// Forwards all calls to the wrapped device, and stores its readings in memory that the constructor
-// reserves.
+// Forwards all calls to another device, and stores its readings.
 class RecordingDevice final : public Device {
  public:
-  // Keeps the first `room` readings.
+  // Keeps the first `room` readings, in memory that is reserved here. A read() counts as `tick_s`.
   RecordingDevice(std::unique_ptr<Device> device, double tick_s, size_t room);
   const DeviceCapabilities& capabilities() const override { return device_->capabilities(); }
   DeviceStatus read(DeviceReading& reading) override;
@@ -37,9 +37,9 @@ class RecordingDevice final : public Device {
   void expect_stiffness(double n_mm) override { device_->expect_stiffness(n_mm); }
   std::string complaint() const override { return device_->complaint(); }
   const std::vector<RecordedReading>& readings() const { return readings_; }
-  // Number of readings that did not fit.
+  // Returns the number of readings for which there was no room.
   uint64_t left_out() const { return left_out_; }
-  // Errors: those of writing a file.
+  // Writes a recording. Errors: the file cannot be written.
   Status save(const std::filesystem::path& path) const;
 
  private:
@@ -49,7 +49,8 @@ class RecordingDevice final : public Device {
   uint64_t left_out_ = 0;
 };
 
-// Replays readings, one per read(). Repeats the last one when it has finished. Ignores forces.
+// Replays readings, one per read(). After the last reading, it repeats this reading. Ignores
+// forces.
 class ReplayDevice final : public Device {
  public:
   // `readings` must not be empty.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// All kinds of devices. Opens one by name, and searches for connected ones. docs/devices.md
-// describes the kinds and their names. The kind `virtual` is not opened here: the session makes it,
-// because it needs a script. CONTRIBUTING.md says how to add a kind.
+// All kinds of devices. Opens a device by its name, and searches for connected devices.
+// docs/devices.md describes the kinds and the names. The kind `virtual` is not opened here, because
+// it needs a script. The session makes it. CONTRIBUTING.md explains how to add a kind.
 #pragma once
 
 #include <memory>
@@ -12,16 +12,17 @@
 
 namespace kibori {
 
-// Errors: an unknown kind, or the reason why it cannot be opened.
+// Opens a device. Errors: there is no such kind; the name does not fit the kind; the device cannot
+// be opened.
 Result<std::unique_ptr<Device>> open_device(const std::string& name);
 
-// A kind of device, and whether one is connected.
+// The result of the search for one kind of device.
 struct DeviceFound {
-  std::string name;  // for open_device
+  std::string name;  // the name for open_device()
   bool present = false;
-  std::string text;  // what it is, or why it is missing
+  std::string text;  // a description of the device, or the reason why it is missing
 };
-// Tries to open a device of each kind that needs no address, and closes it again.
+// Tries to open a device of each kind that needs no address. Closes it again.
 std::vector<DeviceFound> find_devices();
 
 }  // namespace kibori

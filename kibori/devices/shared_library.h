@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A vendor's library that is loaded at run time. Therefore, Kibori links and ships no proprietary
-// code.
+// Loads a vendor's library at run time. So Kibori does not link or ship proprietary code.
 #pragma once
 
 #include <string>
@@ -25,7 +24,8 @@ class SharedLibrary {
     return *this;
   }
 
-  // Opens the first of these names that can be loaded. Error: none can; the message lists them.
+  // Opens the first of these libraries that can be loaded. Errors: none can be loaded; the message
+  // lists the names.
   static Result<SharedLibrary> open(const std::vector<std::string>& names) {
     SharedLibrary library;
     std::string tried;
@@ -36,7 +36,7 @@ class SharedLibrary {
     }
     return Error{"not found (looked for " + tried + ")"};
   }
-  // Looks up a function. Returns false if the library has none of that name.
+  // Looks up a function. Returns false if the library does not have it.
   template <class F>
   bool find(const char* name, F*& function) const {
     function = reinterpret_cast<F*>(dlsym(handle_, name));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A simulated device. A simulated hand holds it and follows a target, which a script moves. The
-// forces that the device gets act on the hand.
+// A simulated device. A simulated hand holds the device and follows a target. A script moves the
+// target. The forces that are written to the device act on the hand.
 #pragma once
 
 #include <array>
@@ -18,11 +18,11 @@ struct VirtualDeviceSettings {
   DeviceCapabilities capabilities;
   HandSettings hand;
   double tick_s = 0.001;
-  double count_mm = 0.01;  // resolution of its encoders; 0: unlimited
-  int delay_ticks = 0;     // ticks until a written force acts, 0 ... 8
+  double count_mm = 0.01;  // resolution of the device's encoders; 0: unlimited
+  int delay_ticks = 0;     // delay of written forces [ticks], 0 ... 8
 };
 
-// Settings of a hand with a wrist at `rate_hz`, whose device outputs force and moment.
+// Returns the settings of a hand with a wrist. Its device outputs force and moment, at `rate_hz`.
 inline VirtualDeviceSettings wristed_hand(std::string name, double rate_hz) {
   VirtualDeviceSettings settings;
   settings.capabilities.name = std::move(name);
@@ -34,7 +34,8 @@ inline VirtualDeviceSettings wristed_hand(std::string name, double rate_hz) {
 
 class VirtualDevice final : public Device {
  public:
-  // The pose that the hand wants at a time [s] since the first read, and the buttons that it holds.
+  // The pose that the hand wants, and the buttons that it presses. A script returns it for a time
+  // [s] since the first read().
   struct Target {
     Vec3 position_mm = Vec3::Zero();
     Mat3 frame = Mat3::Identity();
@@ -45,12 +46,12 @@ class VirtualDevice final : public Device {
   VirtualDevice(const VirtualDeviceSettings& settings, Script script);
 
   const DeviceCapabilities& capabilities() const override { return settings_.capabilities; }
-  // Each read is one tick after the last one, regardless of the real time.
+  // Each read() is one tick after the last read(), at any real time.
   DeviceStatus read(DeviceReading& reading) override;
   DeviceStatus write(const Wrench& wrench) override;
   std::string complaint() const override;
 
-  // From the next read on, the device acts as if this status had occurred. For tests.
+  // From the next read() on, the device behaves as with this status. For tests.
   void pretend(DeviceStatus status) { status_ = status; }
   const SimulatedHand& hand() const { return hand_; }
 
@@ -63,7 +64,7 @@ class VirtualDevice final : public Device {
   double time_s_ = 0;
   bool started_ = false;
   Vec3 last_read_ = Vec3::Zero();
-  std::array<Vec3, kMaxDelay + 1> forces_;  // the newest first
+  std::array<Vec3, kMaxDelay + 1> forces_;  // the newest force is first
   DeviceStatus status_ = DeviceStatus::ok;
 };
 

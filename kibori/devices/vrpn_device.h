@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-// A device behind a VRPN server (tracker, buttons, force device) on any machine. It implements
-// VRPN's wire protocol over TCP and needs no library.
+// A device behind a VRPN server (tracker, buttons, force device), on any machine. This class speaks
+// VRPN's protocol over TCP, and needs no library.
 //
-// The client sends the server a force field around the device's last position, F + J (x - x0). The
-// server renders it at its own rate. Therefore, the force stays smooth if the client is slower.
+// write() sends a force field around the device's last position x0 to the server: F + J (x - x0).
+// The server outputs the force at its own rate. Therefore, the force is smooth even if the program
+// is slower.
 #pragma once
 
 #include <array>
@@ -18,16 +19,17 @@ namespace kibori {
 
 // The address of a device on a VRPN server.
 struct VrpnAddress {
-  std::string device;  // the server's name for it, e.g. "Phantom0"
+  std::string device;  // the name of the device at the server, for example "Phantom0"
   std::string host;
   uint16_t port = 3883;
 };
-// Parses "Phantom0@host[:port]". Errors: no name or host, or an invalid port.
+// Parses "Phantom0@host[:port]". Errors: the name or the host is missing; the port is invalid.
 Result<VrpnAddress> parse_vrpn_address(const std::string& text);
 
 class VrpnDevice final : public Device {
  public:
-  // Errors: the host is not found, no answer within two seconds, or it does not speak VRPN.
+  // Connects to the server. Errors: the host is not found; the server does not answer within two
+  // seconds or closes the connection; it does not speak VRPN.
   static Result<std::unique_ptr<VrpnDevice>> open(const VrpnAddress& address);
   ~VrpnDevice() override;
 
@@ -52,15 +54,16 @@ class VrpnDevice final : public Device {
   int socket_;
   DeviceCapabilities capabilities_;
   std::string device_;
-  std::array<Known, kMaxIds> names_;  // kind of message, by the server's number of its type
-  std::array<bool, kMaxIds> ours_{};  // by the server's number of a sender: true if it is device_
+  std::array<Known, kMaxIds> names_;  // index: the server's number of a message type
+  // True for device_. Index: the server's number of a sender.
+  std::array<bool, kMaxIds> ours_{};
   std::array<unsigned char, 4 * kLongest> buffer_;
   size_t filled_ = 0;
   DeviceReading last_;
   bool seen_ = false;
   double last_time_s_ = 0, velocity_time_s_ = 0, stiffness_n_mm_ = 0;
   Vec3 velocity_from_mm_ = Vec3::Zero();
-  const char* lost_ = nullptr;  // the reason, once the connection is lost
+  const char* lost_ = nullptr;  // the reason why the connection was lost; null: it was not
 };
 
 }  // namespace kibori

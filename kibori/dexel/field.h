@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: MIT
-// One dexel field: parallel rays through the lattice nodes, in tiles shared copy-on-write.
+// One dexel field: parallel rays through the nodes of a lattice. Tiles hold 16 x 16 rays each
+// (tile.h), and pages hold 8 x 8 tiles each. The root is the list of all pages.
 //
-//   Snapshot ──► Root ──► Page (8 x 8 tiles) ──► Tile          each counts its references
+//   Snapshot ──► Root ──► Page ──► Tile
 //   Field    ──►  │
 //
-// A snapshot is one more reference to the root. If a root, page or tile has other references, the
-// writer copies it before it changes it. So a snapshot costs memory only for later changes. Any
-// number of threads may read snapshots. Each Field has one writer thread.
+// Roots, pages and tiles count their references. A snapshot is one more reference to the root. If a
+// root, page or tile has other references, the writer copies it before a change (copy-on-write).
+// Therefore, a snapshot costs memory only for later changes. Any number of threads may read
+// snapshots. Each Field has one writer thread.
 //
-// A field can grow: it gets a root with more pages. The new root points to the old pages, and
-// everywhere else to one shared empty page. So growth costs as much as a copy of the root.
+// A field can grow beyond its base, which is its first extent. It then gets a root with more pages.
+// The new root points to the old pages, and at all other places to one shared empty page.
+// Therefore, growth costs as much as a copy of the root.
 #pragma once
 
 #include <algorithm>
@@ -30,6 +33,7 @@
 
 namespace kibori {
 
+// A span of material. The normals are codes of normal_code.h.
 struct Span {
   float in, out;  // [lattice units]
   uint8_t material;
@@ -49,7 +53,7 @@ struct Page {
 
 struct Root {
   std::atomic<uint32_t> refs;
-  Page* pages[1];  // allocated longer: one pointer for each page of the field
+  Page* pages[1];  // allocated larger, with one pointer for each page of the field
 };
 
 template <class T>
@@ -58,13 +62,14 @@ bool is_shared(const T& object) {
 }
 
 // Extent of a field: rays (u, v), nodes along each ray (depth), tiles (tu, tv) and pages (pu, pv).
-// Each end is exclusive. Indices count from the base's origin, so growth does not change them.
+// The `_end` of a range is one past its last index. Index 0 is the base's first ray, node, tile or
+// page. Therefore, growth does not change indices.
 struct FieldShape {
   Axis axis = Axis::x;
   int u_begin = 0, u_end = 0, v_begin = 0, v_end = 0, depth_begin = 0, depth_end = 0;
   int tu_begin = 0, tu_end = 0, tv_begin = 0, tv_end = 0;
   int pu_begin = 0, pu_end = 0, pv_begin = 0, pv_end = 0;
-  int base_u = 0, base_v = 0, base_depth = 0;  // nodes of the base
+  int base_u = 0, base_v = 0, base_depth = 0;  // number of nodes of the base
 
   static int page_index(int tile) { return tile >> 3; }
   int pages_u() const { return pu_end - pu_begin; }
@@ -86,11 +91,13 @@ static_assert(kPageSide == 8);
 struct Pools {
   Pools();
   BlockPool tiles, planes, paints, pages;
-  // roots[i] has the roots for up to 2^i pages.
+  // roots[i] has blocks for roots with up to 2^i pages.
   static constexpr size_t kRootSizes = 14;
   std::array<std::unique_ptr<BlockPool>, kRootSizes> roots;
-  Tile* empty = nullptr;       // shared by places without material
-  Page* empty_page = nullptr;  // has only empty tiles; neither is returned to the pool
+  // All places without material share the tile `empty`. All places without a page share empty_page,
+  // which has only empty tiles. The two are never given back to the pools.
+  Tile* empty = nullptr;
+  Page* empty_page = nullptr;
 
   static size_t root_size(const FieldShape& shape) {
     return static_cast<size_t>(std::bit_width(static_cast<unsigned>(shape.pages()) - 1));
@@ -98,12 +105,14 @@ struct Pools {
   BlockPool& roots_of(const FieldShape& shape) { return *roots[root_size(shape)]; }
 };
 
-// The writer that takes and returns blocks: the field's own writer (owner), or a second one.
+// The writer that takes blocks and gives them back: the field's first writer (owner), or a second
+// one (aside).
 enum class Side { owner, aside };
 
 }  // namespace detail
 
-// The state of a field at one moment. Cheap to copy; safe to read and destroy on any thread.
+// The state of a field at one moment. It is cheap to copy, and safe to read and to destroy on any
+// thread.
 class FieldSnapshot {
  public:
   FieldSnapshot() = default;
@@ -117,8 +126,8 @@ class FieldSnapshot {
   void swap(FieldSnapshot& other) noexcept;
 
   Axis axis() const { return shape_.axis; }
-  // Ranges of rays (u, v), nodes along each ray (depth) and tiles (tu, tv). Each end is exclusive.
-  // Index 0 is the base's first node or tile.
+  // Ranges of rays (u, v), nodes along each ray (depth) and tiles (tu, tv). The end of a range is
+  // one past its last index. Index 0 is the base's first ray, node or tile.
   int u_begin() const { return shape_.u_begin; }
   int u_end() const { return shape_.u_end; }
   int v_begin() const { return shape_.v_begin; }
@@ -150,9 +159,10 @@ class FieldSnapshot {
       f(span_at(*p, slot));
   }
 
-  // Calls f(tu, tv, was, is) for each tile that is not the same object as in an earlier snapshot
-  // of this field. Shared pages are skipped, so the cost depends only on what changed. If the field
-  // grew, one snapshot may have no tile at a place. Then f receives the empty tile for it.
+  // Calls f(tu, tv, was, is) for each tile that is not the same object as in `before`, an earlier
+  // snapshot of this field. The function skips shared pages, so the cost depends only on the
+  // changes. If the field has grown, one snapshot may have no tile at a place. f then receives the
+  // empty tile for that snapshot.
   template <class F>
   void for_changed_tiles(const FieldSnapshot& before, F&& f) const {
     if (root_ == before.root_) return;
@@ -182,36 +192,38 @@ class FieldSnapshot {
       }
   }
 
-  // Allocates memory until the field's pools have memory ready for `tiles` tiles. Any thread.
+  // Allocates memory in the field's pools, until they are ready for `tiles` new tiles. Any thread.
   void keep_ready(int tiles) const;
-  // Memory of the field [bytes], including that of all its snapshots. Any thread.
+  // Memory of the field and all its snapshots [bytes]. Any thread.
   size_t memory_bytes() const;
-  // Releases the snapshot. Blocks that nothing else uses are kept for second writers.
+  // Releases the snapshot. Blocks that nothing else uses are kept for second writers (pool.h).
   void drop_shared();
-  // True if both are snapshots of the same field. Then the field can be restored to either.
+  // True if both are snapshots of the same field. A field can be restored only to such snapshots.
   bool of_same_field(const FieldSnapshot& other) const { return pools_ == other.pools_; }
 
-  bool empty() const;  // no span at all
-  // This field's share of the volume (volume.h) of a model whose z field is `z` [lattice units^3]:
-  // the corrections of its ends, and the nodes if it is the z field. The result is the same on
-  // every machine. The second function is for one tile.
+  bool empty() const;  // true if no ray has a span
+  // Returns this field's share of a model's volume (volume.h) [lattice units^3]. `z` is the model's
+  // z field. The share has the corrections of this field's ends and, for the z field only, the
+  // number of nodes. The result is the same on every machine. The second function returns the share
+  // of one tile.
   double volume(const FieldSnapshot& z) const;
   double volume(int tu, int tv, const FieldSnapshot& z) const;
-  // z field only: true if the node is in a span, and at least `margin` [cells] from its ends. If
-  // `material` is not negative, only spans of this material count.
+  // For the z field only. True if the node is in a span, and at least `margin` [cells] from the
+  // ends of the span. If `material` is not negative, only spans of this material count.
   bool holds(const Index3& node) const { return holds(node, -1, 0); }
   bool holds(const Index3& node, int material, float margin) const;
-  // The contribution to the volume of a span of ray (u, v).
+  // Returns the contribution of one span of ray (u, v) to the volume.
   RayVolume ray_volume(int u, int v, const Span& span, const FieldSnapshot& z) const;
   struct Count {
     int64_t spans = 0;
-    int64_t bytes = 0;  // of distinct tiles, pages and the root
+    int64_t bytes = 0;  // of all different tiles and pages, and of the root
   };
   Count count() const;
-  // Hash of the content (spans, materials, normals, paint). It does not depend on the storage.
-  // It does not depend on growth either: outside the base, only tiles with material count.
+  // Hash of the content (spans, materials, normals, paint). It does not depend on how the content
+  // is stored. It does not depend on growth either: outside the base, only tiles with material
+  // count.
   uint64_t content_hash() const;
-  // Hash of one tile of a snapshot. The tile caches it.
+  // Returns the hash of one tile of a snapshot. The tile caches its hash.
   static uint64_t content_hash(const Tile& tile);
 
   static Span span_at(const Plane& plane, int slot) {
@@ -226,7 +238,7 @@ class FieldSnapshot {
 
  protected:
   void take_root(const FieldSnapshot& other, detail::Side side);
-  // The page, or the empty page if the field has none there.
+  // The page at (pu, pv). If the field has no page there: the empty page.
   const detail::Page& page(int pu, int pv) const {
     return shape_.has_page(pu, pv) ? *root_->pages[shape_.page_at(pu, pv)] : *pools_->empty_page;
   }
@@ -236,13 +248,14 @@ class FieldSnapshot {
   detail::Root* root_ = nullptr;
 };
 
-// The writer's field. Not copyable: take a snapshot.
+// A field that its writer thread can change. It cannot be copied: take a snapshot instead.
 class Field : private FieldSnapshot {
  public:
-  // An empty field for the rays of `axis` through a lattice.
+  // Makes an empty field for the rays of `axis` through a lattice.
   Field(Axis axis, const Lattice& lattice);
-  // A second writer of the field that `start` belongs to, on another thread. It begins in that
-  // state and uses the same memory. Each writer can be restored to the other's snapshots.
+  // Makes a second writer of the field that `start` belongs to, for another thread. It begins in
+  // the state `start` and uses the same memory. Each writer can be restored to the snapshots of the
+  // other.
   explicit Field(const FieldSnapshot& start) : FieldSnapshot(start), side_(detail::Side::aside) {}
   ~Field() {
     if (side_ == detail::Side::aside) drop_shared();
@@ -264,49 +277,50 @@ class Field : private FieldSnapshot {
   using FieldSnapshot::v_begin;
   using FieldSnapshot::v_end;
 
-  // Read access to the current state, without counting a reference.
+  // The current state, for reading. This does not count a reference, as snapshot() does.
   const FieldSnapshot& view() const { return *this; }
   FieldSnapshot snapshot() const { return *this; }
-  // Restores a snapshot of this field, older or newer.
+  // Restores an older or newer snapshot of this field.
   void restore(const FieldSnapshot& snapshot);
-  // Gives the field the rays of this lattice, which has the same base. Tiles that the lattice does
-  // not hold are dropped. Growth takes one root from the pool, and nothing else.
+  // Changes the field to the rays of `lattice`, which must have the same base. Tiles outside the
+  // lattice are dropped. Growth takes one block for the root from the pool, and nothing else.
   void reshape(const Lattice& lattice);
 
-  // True if a write to the tile would copy it first.
+  // True if the tile must be copied before a write.
   bool shared(int tu, int tv) const {
     const detail::Page* page = root_->pages[shape_.page_of(tu, tv)];
     return detail::is_shared(*root_) || detail::is_shared(*page) ||
            detail::is_shared(*page->tiles[shape_.slot_of(tu, tv)]);
   }
-  // The tile for writing. Copies it first if it is shared.
+  // Returns the tile for writing, and clears its cached hash. If the tile is shared, it is copied
+  // first.
   Tile& writable(int tu, int tv) {
     Tile& tile = maybe_writable(tu, tv);
     tile.hash.store(0, std::memory_order_relaxed);
     return tile;
   }
-  // The same for a caller that does not know yet whether it will write. If it writes, it must
-  // clear the tile's hash.
+  // Like writable(), for a caller that does not know yet whether it will write. If the caller
+  // writes, it must clear the tile's hash.
   Tile& maybe_writable(int tu, int tv) {
     return shared(tu, tv) ? copy_for_writing(tu, tv)
                           : *root_->pages[shape_.page_of(tu, tv)]->tiles[shape_.slot_of(tu, tv)];
   }
   // Replaces the tile by the shared empty tile.
   void clear_tile(int tu, int tv);
-  // Keeps only the planes of a tile whose flag in `keep` is set. In each removed plane, every
-  // ray must have a span.
+  // Removes the planes of a tile whose flag in `keep` is false, with their spans of all rays.
+  // `keep` has one flag for each plane.
   void keep_planes(int tu, int tv, const std::vector<bool>& keep);
-  // Replaces tile (tu, tv) by the tile at (from_tu, from_tv). The two places share it until either
-  // is written.
+  // Replaces tile (tu, tv) by tile (from_tu, from_tv). Both places share this tile until one of
+  // them is written.
   void share_tile(int tu, int tv, int from_tu, int from_tv);
-  // The plane after `plane`. Creates it if there is none.
+  // Returns the plane after `plane`, and creates it if there is none.
   Plane& next_plane(Plane& plane);
   PaintPlane& paint_of(Plane& plane);
-  // Removes planes without spans at the end of the chain.
+  // Removes the planes at the end of the chain that have no spans.
   void trim_planes(Tile& tile);
 
-  // Fills rays u0 <= u < u1, v0 <= v < v1 of an empty field with one span each. Equal tiles are
-  // shared.
+  // Fills the rays u0 <= u < u1, v0 <= v < v1 of an empty field with one span each. Places whose
+  // tiles are equal share one tile.
   void fill(int u0, int u1, int v0, int v1, float in, float out, uint8_t material);
   // Allocates memory for `tiles` more tiles in advance. Any thread.
   void reserve(int tiles);

@@ -5,11 +5,11 @@
 //   plane 1   second span of every ray   (exists only if some ray has two)
 //   ...
 //
-// Ray (i, j) of a tile is slot j * 16 + i. i runs along u, so a row of 16 rays is contiguous, as
-// vector instructions need. A slot without a span has in = +kFar, out = -kFar. The spans of a ray
-// fill the planes from 0 without gaps. They are sorted and disjoint; they may touch where the
-// material changes. Depths are float32 lattice units from the lattice's origin. Spans are half-open
-// [in, out).
+// Ray (i, j) of a tile has slot j * 16 + i. The index i runs along u. So the 16 rays of a row (the
+// rays with the same j) are contiguous, as vector instructions need. A slot without a span has
+// in = +kFar and out = -kFar. A ray has its spans in planes 0, 1, ... without gaps. The spans are
+// sorted and disjoint, but may touch where the material changes. Depths are float32 numbers, in
+// lattice units from the lattice's origin. Spans are half-open: [in, out).
 #pragma once
 
 #include <algorithm>
@@ -23,12 +23,13 @@ namespace kibori {
 
 inline constexpr int kTileSide = 16;
 inline constexpr int kTileRays = kTileSide * kTileSide;
-// The tile that holds a ray, and the ray's place in it, along u or v. Indices may be negative.
+// For the index of a ray along u or v: the index of its tile (may be negative), and the ray's index
+// within that tile (0 to 15).
 constexpr int tile_of_node(int node) { return node >> 4; }
 constexpr int place_in_tile(int node) { return node & 15; }
 static_assert(tile_of_node(kTileSide) == 1 && tile_of_node(-1) == -1 && place_in_tile(-1) == 15);
 constexpr int slot_of_ray(int u, int v) { return place_in_tile(v) * kTileSide + place_in_tile(u); }
-// Tile::material of a tile whose spans have several materials.
+// Value of Tile::material if the tile's spans have several materials.
 inline constexpr uint8_t kMixedMaterial = 255;
 
 struct PaintPlane {
@@ -43,12 +44,12 @@ struct Plane {
   alignas(64) uint32_t normal_in[kTileRays];
   alignas(64) uint32_t normal_out[kTileRays];
   alignas(64) uint8_t material[kTileRays];
-  float near, far;  // bounds of all spans; an edit outside of them skips the plane
+  float near, far;  // bounds of all spans; an edit that is outside of them skips the plane
   bool tight;       // true if the bounds are exact; an edit sets it to false
   Plane* next;
   PaintPlane* paint;  // null if nothing in this plane was ever painted
 
-  // True if a span may reach depths between min and max.
+  // True if the bounds overlap the depths from min to max, so that a span may do so.
   bool reaches(double min, double max) const { return near < max && far > min; }
   // Extends the bounds by a span.
   void include(float begin, float end) {
@@ -73,9 +74,9 @@ struct Plane {
 struct Tile {
   Plane first;
   std::atomic<uint32_t> refs;
-  mutable std::atomic<uint64_t> hash;  // of the content; 0: not computed
-  uint8_t material;                    // of every span in the tile, or kMixedMaterial
-  bool empty;                          // no span at all
+  mutable std::atomic<uint64_t> hash;  // of the content; 0: not computed yet
+  uint8_t material;                    // the material of all spans, or kMixedMaterial
+  bool empty;                          // true if no ray has a span
 
   bool reaches(double min, double max) const {
     for (const Plane* p = &first; p; p = p->next)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Converts bodies and the actions on them to JSON and back, for documents and the studio's
-// messages. Everything that is read is checked. docs/documents.md describes the format. Internal:
-// not installed.
+// Converts bodies, and actions on bodies, to JSON and back. Documents and the studio's messages use
+// this JSON. The functions check everything that they read. docs/documents.md describes the format.
+// Internal: not installed.
 #pragma once
 
 #include <string>
@@ -11,11 +11,12 @@
 
 namespace kibori {
 
-// An action as JSON. Errors: text that is not JSON, or not a valid action.
+// Convert an action to JSON and back. Errors: the text is not JSON, or not a valid action.
 std::string action_to_json(const BodyAction& action);
 Result<BodyAction> action_from_json(const std::string& text);
 
-// Ids, names, poses, and flags. The models are stored as tiles.
+// Convert the ids, names, poses and flags of bodies. Models are stored separately, as tiles.
+// Errors: the text is not JSON, or not a valid list of bodies.
 std::string bodies_to_json(const BodyList& bodies);
 Result<BodyList> bodies_from_json(const std::string& text);
 

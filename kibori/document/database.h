@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// SQLite with errors as values, reduced to what a document needs. Internal to `document`.
+// A wrapper of SQLite with errors as values. It has only what a document needs. Internal to
+// `document`.
 #pragma once
 
 #include <cstdint>
@@ -18,8 +19,8 @@ struct sqlite3_stmt;
 
 namespace kibori {
 
-// A prepared statement. Bind in order, step through rows, read columns in order. The first bind
-// after a step resets it.
+// A prepared statement. Bind the values in order, step through the rows, and read columns by their
+// index. The first bind after the last row starts new bindings.
 class Statement {
  public:
   Statement() = default;
@@ -36,12 +37,12 @@ class Statement {
   Statement& bind(std::string_view text);
   Statement& bind(const Bytes& bytes);
   Statement& bind_null();
-  // Steps to the next row and returns true. Returns false if there is none; then the statement is
-  // ready for new bindings.
+  // Steps to the next row and returns true. If there is no row, returns false. Then the statement
+  // is ready for new bindings.
   Result<bool> row();
-  // For statements without rows.
+  // Runs a statement that has no rows.
   Status run();
-  // Calls f() for every row. An error of f ends the loop and is returned.
+  // Calls f() for every row. If f returns an error, stops and returns this error.
   template <class F>
   Status for_rows(F&& f) {
     for (;;) {
@@ -59,7 +60,7 @@ class Statement {
   bool null(int column) const;
 
  private:
-  int next();  // the index of the next binding
+  int next();  // returns the index of the next binding
   void swap(Statement& other) noexcept {
     std::swap(db_, other.db_);
     std::swap(statement_, other.statement_);
@@ -72,44 +73,45 @@ class Statement {
   int failed_ = 0;  // the first error of a bind
 };
 
-// A connection to a database file, or a database in memory. For one thread.
+// A connection to a database file, or a database in memory. One thread may use it.
 class Database {
  public:
-  // `frozen`: for reading a file that does not change. Its log is ignored, and SQLite creates no
-  // files next to it.
+  // `frozen` is for reading a file that does not change. It ignores the file's log, and SQLite
+  // creates no files next to the file.
   enum class Access { create, write, read, frozen };
-  // `vfs` names a registered SQLite file system, for tests. Errors name the file.
+  // Opens a database. `vfs` is the name of a registered SQLite file system, for tests. Errors: the
+  // file cannot be opened; the message names the file.
   static Result<Database> open(const std::filesystem::path& path, Access access,
                                const char* vfs = nullptr);
 
-  // A database in memory with a copy of another one's contents.
+  // Makes a database in memory with the contents of `from`.
   static Result<Database> in_memory(const Database& from);
-  // Replaces the contents by those of `from`, or leaves them unchanged on failure.
+  // Replaces the contents by those of `from`. If this fails, the contents stay unchanged.
   Status become(const Database& from);
 
-  // Runs one or several statements without results.
+  // Runs one or several statements, and ignores their rows. Errors have only SQLite's reason.
   Status run(const char* sql);
   Result<Statement> prepare(const char* sql);
   int64_t last_row() const;
-  // For a connection to a copy: errors name the original, and the copy's folder is removed with the
-  // connection.
+  // For a connection to a copy of a file: errors then contain `name`, the name of the original. The
+  // copy's folder is removed when the connection is closed.
   void stands_for(const std::string& name, std::shared_ptr<TemporaryFolder> folder) {
     name_ = name;
     copied_ = std::move(folder);
   }
-  // Reads bytes of the file as they are stored. It uses SQLite's descriptor: if this process opened
-  // the file again, closing that descriptor would drop SQLite's locks. Returns false if the file is
-  // shorter, or on failure.
+  // Reads bytes of the file as they are on the disk. Uses the file descriptor of SQLite. (If this
+  // process opened and closed the file itself, SQLite would lose its locks.) Returns false if the
+  // file is too short, or if reading fails.
   bool read_bytes(uint64_t at, void* bytes, size_t count);
-  // Keeps the log file when this connection is the last to close it.
+  // Makes SQLite keep the log file, even if this connection is the last one to close it.
   void keep_log();
-  // True if the file was opened for reading only, because it is not writable.
+  // Returns true if SQLite opened the file for reading because the file is not writable.
   bool read_only() const;
-  // True if the last failure was caused by the disk: full, missing, or not writable.
+  // Returns true if the disk caused the last failure: it is full, missing, or not writable.
   bool disk_failed() const;
-  // True if the last failure was caused by the file's content.
+  // Returns true if the content of the file caused the last failure.
   bool is_malformed() const;
-  // The last error, as a sentence that names the file.
+  // Returns the last error as a sentence for the user. It names the file and `doing`.
   Error error(const std::string& doing) const;
   const std::string& name() const { return name_; }
 
@@ -118,7 +120,7 @@ class Database {
   struct Close {
     void operator()(sqlite3* db) const;
   };
-  // The folder of the copy that is read; null: the original file is read.
+  // Folder of the copy that this connection reads. Null: the connection reads the original file.
   std::shared_ptr<TemporaryFolder> copied_;
   std::unique_ptr<sqlite3, Close> db_;
   std::string name_;

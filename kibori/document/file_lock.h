@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Allows one writer per document, by a lock on a file next to it. SQLite's own locks are held only
-// briefly, and closing another descriptor of the database drops them. Internal to `document`.
+// A lock that allows only one writer per document. It locks a file next to the document. SQLite's
+// own locks are not enough: SQLite holds them only briefly, and loses them if this process opens
+// and closes the database once more. Internal to `document`.
 #pragma once
 
 #include <filesystem>
@@ -20,10 +21,10 @@ class FileLock {
     return *this;
   }
 
-  // Locks `path`-lock. The destructor removes that file. Errors: another process holds the lock, or
-  // the file cannot be created. Errors name `path`.
+  // Locks the file `path`-lock. The destructor removes this file. Errors: another process holds the
+  // lock; the file cannot be created. Messages name `path`.
   static Result<FileLock> take(const std::filesystem::path& path);
-  // True if a process holds the lock of `path`.
+  // Returns true if a process holds the lock of `path`.
   static bool held(const std::filesystem::path& path);
 
  private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Reads numbers and positions from untrusted JSON, and reads and writes described structs
-// (base/field_info.h). Internal to `document`.
+// Reads numbers and vectors from untrusted JSON. Converts described structs (base/field_info.h) to
+// JSON and back. Internal to `document`.
 #pragma once
 
 #include <array>
@@ -28,7 +28,8 @@ inline bool read_vec(const Json& json, Vec3& v) {
   return v.allFinite();
 }
 
-// Reads the values of a JSON object. `wrong` describes the first missing or invalid value.
+// Reads the values of a JSON object. After the first missing or invalid value, `wrong` describes
+// it.
 struct Fields {
   const Json& json;
   std::string wrong = {};
@@ -81,7 +82,7 @@ struct Fields {
 
 using Rgb8 = std::array<uint8_t, 3>;
 
-// Keeps the colour if there is no valid one in the JSON.
+// Reads a colour. If the JSON has no valid colour, `color` stays.
 inline void read_color(const Json& json, const char* key, Rgb8& color) {
   const auto found = json.find(key);
   if (found == json.end() || !found->is_array() || found->size() != 3) return;
@@ -90,7 +91,7 @@ inline void read_color(const Json& json, const char* key, Rgb8& color) {
       color[i] = static_cast<uint8_t>((*found)[i].get<unsigned>());
 }
 
-// The fields of a described struct, except those stored as where_used.
+// Returns the members of a described struct as JSON, except those with Stored::where_used.
 template <Described T>
 Json fields_to_json(const T& from) {
   Json json = Json::object();
@@ -111,7 +112,8 @@ Json fields_to_json(const T& from) {
   return json;
 }
 
-// Returns the first error as a sentence on `what`: "the brush has no radius_mm".
+// Reads the members of a described struct. Errors: a value is missing or invalid. The message
+// begins with `what`: "the brush has no radius_mm".
 template <Described T>
 Status fields_from_json(const Json& json, const std::string& what, T& into) {
   Fields fields{json};

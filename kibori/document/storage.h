@@ -10,15 +10,15 @@
 
 namespace kibori {
 
-// Members are destroyed from the last to the first. So the lock, which is the first, is released
-// after the files are closed.
+// Members are destroyed from the last to the first. So the files are closed before the lock, the
+// first member, is released.
 struct DocumentStorage {
   FileLock lock;
-  // The file, or a copy in memory while the file is not writable.
+  // The file. While the file is not writable, this is a copy in memory.
   Database database;
-  Database file;                      // the file, while `database` is in memory
-  std::filesystem::path log;          // the -wal file next to the document
-  std::unique_ptr<LogKeeper> keeper;  // null: the document is open for reading
+  Database file;                      // the file, while `database` is a copy in memory
+  std::filesystem::path log;          // path of the -wal file next to the document
+  std::unique_ptr<LogKeeper> keeper;  // null if the document is open for reading
 };
 
 }  // namespace kibori

@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: MIT
-// Applies many cuts at once, on several threads. Each cut is a solid, for example one straight
-// motion of a tool.
+// Applies many cuts to a model at once, on several threads. Each cut is a solid, for example one
+// straight motion of a tool.
 //
 //   one by one:  for each cut: for each tile it touches       a tile is loaded for every cut
 //   batch:       for each tile: for each cut that touches it  tiles share no data: run in parallel
 //
-// Within a tile the cuts keep their order, so the model is the same as one by one. The sums of a
-// cut are computed for each tile, and added in the order of fields and tiles. So the sums depend
-// neither on the number of threads nor on how cuts are divided into batches.
+// Within a tile, the cuts keep their order. Therefore, the model becomes the same as with the cuts
+// one by one. The sums of a cut are computed for each tile, and added in the order of fields and
+// tiles. Therefore, the sums depend neither on the number of threads, nor on how cuts are divided
+// into batches.
 //
 // If an end of the x or y field is tied to a node (dexel/volume.h), the z field decides whether the
-// node counts. It must be the z field just before this cut. But a batch reads the z field from
-// before the whole batch. So a node also counts as removed if an earlier cut of the batch removes
-// it (removed_earlier).
+// cut removes the node. The state of the z field just before the cut must decide. But the threads
+// read its state before the whole batch. Therefore, removed_earlier also checks whether an earlier
+// cut of the batch has removed the node.
 #pragma once
 
 #include <array>
@@ -28,15 +29,15 @@ namespace kibori {
 
 struct BatchCut {
   const Solid* solid = nullptr;
-  // Point about which moments are computed [lattice units].
+  // The point about which moments are computed.
   LatticePoint reference;
-  // Displacement of the tool, used only for ChipSums::front. Zero: none.
+  // Displacement of the tool. Only ChipSums::front uses it. Zero: no displacement.
   LatticeVector shift;
-  bool writes = true;  // false: computes what it would remove after the earlier cuts
-  bool chip = false;   // also computes second moments
+  bool writes = true;  // false: only computes what the cut would remove after the earlier cuts
+  bool chip = false;   // true: also computes second moments
 };
 
-// Result of one cut, over all materials, in lattice units (dexel/volume.h).
+// Sums over what one cut removes, over all materials, in lattice units (dexel/volume.h).
 struct CutSums {
   int64_t points = 0;  // removed lattice nodes
   double volume = 0;
@@ -46,8 +47,8 @@ struct CutSums {
   void add(const CutSums& other);
 };
 
-// Fields that a batch edits. With z_only, the x and y fields stay unchanged, so no surface can be
-// computed afterwards. The sums are then only the z field's share.
+// Fields that a batch edits. With z_only, the x and y fields stay unchanged. No surface can be
+// computed from the model afterwards, and the sums have only the z field's share.
 enum class BatchFields { all, z_only };
 
 struct BatchOptions {
@@ -55,9 +56,9 @@ struct BatchOptions {
   BatchFields fields = BatchFields::all;
 };
 
-// Applies the cuts in order and returns their sums, in the same order. The solids must stay valid
-// during the call. No other thread may write the model during the call. With threads > 1, it needs
-// memory for a second copy of the touched tiles.
+// Applies the cuts in order. Returns the sums of each cut, in the same order. The solids must stay
+// valid during the call. No other thread may write the model meanwhile. With threads > 1, the call
+// needs memory for a second copy of the touched tiles.
 std::vector<CutSums> cut_batch(TriDexel& model, std::span<const BatchCut> cuts,
                                const BatchOptions& options);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Edits of a single ray: the cases that the vector code of tile_kernel.cpp cannot handle, such as a
-// deposit that joins two spans. Internal to `edit`, `reshape` and `body`.
+// Edits a single ray. The vector code of tile_kernel.cpp cannot handle some cases, such as a
+// deposit that joins two spans. These functions handle them. Internal to `edit`, `reshape` and
+// `body`.
 #pragma once
 
 #include <vector>
@@ -9,15 +10,16 @@
 
 namespace kibori {
 
-// Removes [a, b) from the ray in `slot`. A new end keeps the normal of the old end until the caller
-// sets it.
+// Removes [a, b) from the ray in `slot`. A new end keeps the normal of the span's old end until the
+// caller sets the new normal.
 void cut_ray(Field& field, Tile& tile, int slot, float a, float b);
 
-// Keeps the spans of the ray in `slot` whose flag in `keep` is set, and removes the others. `keep`:
-// one flag per span, in order.
+// Removes those spans of the ray in `slot` whose flag in `keep` is false. `keep` has one flag for
+// each span, in order.
 void keep_spans(Field& field, Tile& tile, int slot, const std::vector<bool>& keep);
 
-// Fills the empty parts of [a, b) with `material`. Touching spans of the same material are joined.
+// Fills the empty parts of [a, b) with `material`. Joins touching spans that have the same
+// material.
 void deposit_ray(Field& field, Tile& tile, int slot, float a, float b, uint8_t material);
 
 }  // namespace kibori

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Sums over what an edit removed or added, by material, in lattice units. Every force model needs
-// only these sums, not the solid.
+// Sums over what an edit removed or added, for each material, in lattice units. The force models
+// need only these sums, not the solid.
 #pragma once
 
 #include <array>
@@ -13,12 +13,12 @@
 
 namespace kibori {
 
-// A set of indices, modulo 256: those of the lattice cells along one axis in which something was
-// removed.
+// A set of lattice cells along one axis, in which something was removed. Indices of cells are
+// modulo 256.
 class CellSet {
  public:
   static constexpr int kCells = 256;
-  // Adds the cells first .. first + 15 whose bits are set; `first` is a multiple of 16.
+  // Adds the cells first .. first + 15 whose bits are set. `first` must be a multiple of 16.
   void add16(int first, unsigned bits) {
     words_[static_cast<size_t>(first >> 6) % 4] |= uint64_t{bits} << (first & 63);
   }
@@ -26,33 +26,35 @@ class CellSet {
     for (size_t i = 0; i < 4; i++) words_[i] |= other.words_[i];
   }
   void clear() { words_ = {}; }
-  // Share of the cells between the first and the last that are not in the set. Returns 0 for fewer
-  // than two separate runs.
+  // Returns, among the cells from the first to the last one of the set, the share that is not in
+  // the set. Returns 0 if the set has fewer than two separate runs.
   double gaps() const;
 
  private:
-  // Not cleared by default: a Removed holds 192 sets, and most of them are never used.
+  // Not initialised: a Removed has 192 sets, and most of them are never used.
   std::array<uint64_t, 4> words_;
 };
 
-// Sums over the removed part of one material. Positions are lattice coordinates (lattice units from
-// the lattice's origin). Volumes are lattice units^3, as in dexel/volume.h.
+// Sums over the removed part of one material. Positions are in lattice units from the lattice's
+// origin. Volumes are in lattice units^3, as in dexel/volume.h.
 struct RemovedPart {
   int64_t points;                   // number of lattice nodes
-  std::array<int64_t, 3> node_sum;  // sums of their indices
-  double correction;                // of the ends of all fields
+  std::array<int64_t, 3> node_sum;  // sums of the nodes' indices along x, y and z
+  double correction;                // sum of the corrections of the ends of all fields
   Vec3 moment;                      // first moment of the volume about Motion::reference
-  // Wood with a grain (edit/grain.h): volume and moment, each element weighted by the ratio of its
-  // resistance to its material's u. Valid if `weighted`.
+  // Only valid if `weighted`, for wood with a grain (edit/grain.h): volume and moment, with
+  // weights. The weight of an element is the ratio of its resistance to its material's u.
   bool weighted;
   double weighted_volume;
   Vec3 weighted_moment;
-  bool turning;  // there are turn sums
-  // Sums over all elements dV. An element resists its own displacement s with f = dV s/|s|^2.
+  bool turning;  // true: turn_ is valid
+  // Sums over all elements dV, for a tool that turns. Let s be an element's displacement. It
+  // resists with the force f = dV s/|s|^2.
   struct TurnSums {
     Vec3 force;   // f
-    Vec3 moment;  // r x f, r from Motion::reference
-    // h e_z x f: e_z is the tool's axis, h the height of dV along it. For force laws of five DOF.
+    Vec3 moment;  // r x f, where r is the element's offset from Motion::reference
+    // h e_z x f. e_z is the direction of the tool's axis, and h the height of the element along it.
+    // For force laws of five degrees of freedom.
     Vec3 moment_axis;
   };
   const TurnSums& turn() const { return turn_; }  // valid if `turning`
@@ -64,22 +66,23 @@ struct RemovedPart {
     return turn_;
   }
 
-  bool has_chip;  // there are chip sums
-  // For the shape of the chip (haptics/chip.h).
+  bool has_chip;  // true: chip_ is valid
+  // Sums that describe the shape of the chip (haptics/chip.h).
   struct ChipSums {
     // Second moments of the volume about Motion::reference: xx, yy, zz, xy, xz, yz.
     std::array<double, 6> second;
-    // The front of the tool. `front` is the sum of A max(0, n.p) over the ends that the tool made.
-    // `front_normal` is the sum of A max(0, n.p) n. A is the surface area that the end represents,
-    // n the tool's outward normal, p the direction of the motion.
+    // The front of the tool: sums over the ends that the tool made. `front` is the sum of
+    // A max(0, n.p), and `front_normal` the sum of A max(0, n.p) n. A is the surface area that an
+    // end represents. n is the tool's outward normal there, and p the direction of the motion.
     double front;
     Vec3 front_normal;
-    // Volume from the lengths of the rays, each field weighted by Motion::length_weights. It is
-    // biased for thin cuts, but grows evenly as the tool advances.
+    // Volume that is computed from the lengths of the removed pieces. Motion::length_weights has
+    // the weight of each field. The result is biased for thin cuts, but grows evenly as the tool
+    // advances.
     double length;
     std::array<CellSet, 3> cells;  // along x, y and z
-    // Sums of dV/|s| and of |s| dV, where s is the displacement of the element dV, for a tool that
-    // turns.
+    // For a tool that turns: sums of dV/|s| and of |s| dV, where s is the displacement of the
+    // element dV.
     double section, path_volume;
   };
   const ChipSums& chip() const { return chip_; }  // valid if `has_chip`
@@ -91,9 +94,10 @@ struct RemovedPart {
     return chip_;
   }
 
-  // The sum over edits equals the missing volume.
+  // The removed volume. Over all edits, it adds up to the missing volume.
   double volume() const { return static_cast<double>(points) + correction; }
-  // Volume weighted by the ratio of the resistance to the material's u, and its first moment.
+  // The removed volume and its first moment. For wood with a grain, each element is weighted by the
+  // ratio of its resistance to its material's u.
   double resisting() const { return weighted ? weighted_volume : volume(); }
   const Vec3& resisting_moment() const { return weighted ? weighted_moment : moment; }
   void start_weighted_sums() {
@@ -110,7 +114,7 @@ struct RemovedPart {
     moment = Vec3::Zero();
     weighted = turning = has_chip = false;  // does not clear turn_ and chip_
   }
-  // sign: -1 subtracts the other's sums.
+  // sign: 1 adds the sums of `other`, -1 subtracts them.
   void add(const RemovedPart& other, int sign = 1) {
     points += sign * other.points;
     for (size_t i = 0; i < 3; i++) node_sum[i] += sign * other.node_sum[i];
@@ -145,7 +149,7 @@ struct RemovedPart {
 
 class Removed {
  public:
-  Removed() {}  // does not clear parts_: clearing 64 parts every tick takes too long
+  Removed() {}  // leaves parts_ uninitialised: clearing 64 parts in every tick takes too long
 
   bool has(int material) const { return (mask_ >> material) & 1; }
   const RemovedPart& part(int material) const { return parts_[static_cast<size_t>(material)]; }
@@ -156,7 +160,7 @@ class Removed {
     }
     return parts_[static_cast<size_t>(material)];
   }
-  // Calls f(material, part) for each material that is present.
+  // Calls f(material, part) for each material that has sums.
   template <class F>
   void for_parts(F&& f) const {
     for (uint64_t left = mask_; left; left &= left - 1) {
@@ -180,7 +184,8 @@ class Removed {
     for_parts([&](int, const RemovedPart& p) { sum += p.volume(); });
     return sum;
   }
-  // Chip sums: cells along x, y and z in which something was removed, over all materials.
+  // The cells along x, y and z in which something was removed, over all materials. Only edits that
+  // compute chip sums store them.
   std::array<CellSet, 3> cells() const;
   int64_t points() const {
     int64_t sum = 0;
@@ -189,11 +194,11 @@ class Removed {
   }
 
   int64_t ends_painted = 0;
-  bool clipped = false;  // a deposit reached beyond the lattice; that part was dropped
+  bool clipped = false;  // true: a deposit reached beyond the lattice, and that part was dropped
 
  private:
   uint64_t mask_ = 0;
-  std::array<RemovedPart, kMaxMaterials> parts_;  // valid where mask_ is set
+  std::array<RemovedPart, kMaxMaterials> parts_;  // valid if their bit in mask_ is set
 };
 
 }  // namespace kibori

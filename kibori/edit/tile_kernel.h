@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The inner loop of every edit: applies one layer of a solid's intervals to one tile. Internal to
-// `edit`.
+// The inner loop of every edit. It applies one layer of a solid's intervals to one tile. Internal
+// to `edit`.
 #pragma once
 
 #include <array>
@@ -16,7 +16,8 @@ struct TileJob;
 class EarlierCuts;
 enum class Operation { cut, deposit, paint, contact, deposit_contact };
 
-// The vectorised part of run_tile, for the best instruction set of this machine.
+// The vectorised part of run_tile. tile_kernel() returns the version for this processor's best
+// instruction set.
 using TileKernel = void (*)(TileJob&);
 TileKernel tile_kernel();
 
@@ -27,26 +28,28 @@ struct TileRequest {
   Field* field;  // null for contact and deposit_contact
   const Solid* solid;
   const Motion* motion;
-  // The z field. It decides tied ends (dexel/volume.h) of x and y; null: float32 rounding decides.
+  // The z field of the model. It decides tied ends (dexel/volume.h) of the x and y fields. Null:
+  // float32 rounding decides.
   const FieldSnapshot* z;
   std::array<int, 2> z_begin, z_end;  // nodes of `z` in the tiles that the solid's bounds touch
-  float depth_begin, depth_end;       // of the field
-  double depth_min, depth_max;        // of the solid, with kBoundsSlack
+  float depth_begin, depth_end;       // range of the field's depths
+  double depth_min, depth_max;        // range of the solid's depths, with kBoundsSlack
   float t_ref;                        // whole number near the middle of the tool's depths
-  float u_ref, v_ref;                 // the same for its u and its v
-  bool deep;                          // the tool is too deep for exact node sums in float32
+  float u_ref, v_ref;                 // whole numbers near the middle of the tool's u and v
+  bool deep;                          // true: the tool is too deep for exact node sums in float32
   uint8_t material = kMixedMaterial;  // of a deposit; otherwise each span's own material counts
   Color color = 0;                    // of paint
-  // Earlier cuts of a batch, which `z` does not contain yet; null: none. See batch.h.
+  // The earlier cuts of a batch, which are not in `z` yet; null: none. See batch.h.
   const EarlierCuts* earlier = nullptr;
 };
 
 // True if an earlier cut of the batch has removed the node, or made an end within kTie of it.
 bool removed_earlier(const EarlierCuts& earlier, const Index3& node);
 
-// Sums over the tiles of one field, by lane, in lattice units. They are doubles, so that whole
-// numbers stay exact. Each quantity has four sums: without a weight, and weighted by the tile's
-// first u (_u0), by v (_v), and by twice (depth - t_ref) (_t2).
+// Sums over the tiles of one field, for each of the 16 lanes, in lattice units. They are doubles,
+// so that whole numbers stay exact. Each quantity has four sums: one without a weight, and three
+// with the weights _u0, _v and _t2. _u0 is the u of the tile's first ray, _v the ray's v, and _t2
+// is 2 (depth - t_ref).
 struct LaneSums {
   enum Of : uint8_t {
     correction,  // of the ends (dexel/volume.h)
@@ -57,19 +60,19 @@ struct LaneSums {
     nodes_u0,
     nodes_v,
     nodes_t2,
-    weighted,  // both, weighted by the resistance of the wood's rings (edit/grain.h)
+    weighted,  // corrections and nodes, weighted by the resistance of the rings (edit/grain.h)
     weighted_u0,
     weighted_v,
     weighted_t2,
     kCount
   };
-  alignas(64) double of[kCount][kTileSide];  // valid once `material` is set
+  alignas(64) double of[kCount][kTileSide];  // valid if `material` is not kMixedMaterial
   uint8_t material = kMixedMaterial;         // material of these sums; kMixedMaterial: no sums yet
 };
 
-// Sums by lane for the shape of the chip (RemovedPart::ChipSums). Second moments of the volume: u
-// is relative to u_ref, v to v_ref, and t2 (twice the depth) to 2 t_ref. The sums `front`... are
-// over the ends that the tool made.
+// Sums for the shape of the chip (RemovedPart::ChipSums), for each of the 16 lanes. `uu` to `t2t2`
+// are second moments of the volume. In them, u is relative to u_ref, v to v_ref, and t2 (twice the
+// depth) to 2 t_ref. `front` to `front_t` are sums over the ends that the tool made.
 struct ChipLanes {
   enum Of : uint8_t {
     uu,
@@ -85,11 +88,11 @@ struct ChipLanes {
     front_t,
     kCount
   };
-  alignas(64) double of[kCount][kTileSide];  // valid while LaneSums are
+  alignas(64) double of[kCount][kTileSide];  // valid if LaneSums::of is valid
 };
 
-// Rays that the vector code cannot handle: the mask of their lanes, by row. edit_scalar_rays edits
-// them.
+// Rays that the vector code cannot handle: for each row, a mask of lanes. edit_scalar_rays edits
+// these rays.
 struct ScalarRays {
   uint16_t rows[kTileSide] = {};
   bool any = false;
@@ -99,45 +102,47 @@ struct TileJob {
   const TileRequest request;
   Removed* const removed;  // receives the sums
 
-  // Does not initialise spans and sums: clearing them takes longer than a small edit.
+  // Leaves spans and sums uninitialised, because clearing them takes longer than a small edit.
   TileJob(const TileRequest& what, Removed& to) : request(what), removed(&to) {}
 
-  // The tile, and the layer of the solid that is applied to it.
+  // The indices of the tile, and of the layer of the solid that is applied to the tile.
   int tu = 0, tv = 0, layer = 0;
   RayTile rays = {};
   const Tile* tile = nullptr;  // current content
-  Tile* writable = nullptr;    // the same tile once it may be written; else null
+  Tile* writable = nullptr;    // the same tile once it may be written; otherwise null
 
-  // Working memory. Between tiles it is empty, except for the spans and the sums.
+  // Working memory. Between tiles, only the spans and the sums have content.
   SpanLayer spans;
-  EndMasks ends = {};        // ends that the tool made, whose normals are not stored yet
-  uint16_t adds[kTileSide];  // deposit: lanes in which it adds material, for the rows of `spans`
+  EndMasks ends = {};        // ends that the tool made and whose normals are not stored yet
+  uint16_t adds[kTileSide];  // deposit: lanes that get material, for each row of `spans`
   ScalarRays scalar;
   LaneSums sums;
   ChipLanes chip;
   std::array<CellSet, 3> chip_cells = {};
-  uint8_t sums_material = kMixedMaterial;  // of this tile's sums; kMixedMaterial: several
-  uint16_t gaps = 0;                       // rows in which spans vanished
+  uint8_t sums_material = kMixedMaterial;  // material of this tile's sums; kMixedMaterial: several
+  uint16_t gaps = 0;                       // rows in which spans vanished, one bit each
 
-  // Layer `ties_layer` of the solid along z, for tied ends. Caches the tile of the last request.
+  // Layer `ties_layer` of the solid for a tile of the z field. It decides tied ends. Only the last
+  // tile is kept.
   SpanLayer ties;
   RayTile ties_rays = {Axis::z, -1, -1};
   int ties_layer = 0;
   bool ties_any = false;
 
-  // Results.
-  bool met = false;     // the tool removes or adds material
-  bool shrank = false;  // a plane may have become empty
+  // Results for the tile.
+  bool met = false;     // true: the tool removes or adds material
+  bool shrank = false;  // true: a plane may have become empty
 };
 
-// Executes `job.request` on the tile. A write first copies the tile if a snapshot shares it.
+// Applies `job.request` to the tile. If a snapshot shares the tile, the tile is copied before a
+// write.
 void run_tile(TileJob& job);
 
 // Adds `job.sums` to `job.removed`. Call it after the last tile.
 void flush_sums(TileJob& job);
 
-// Flushes `job.sums`, and clears it for sums of `job.sums_material`. Called only if the tool meets
-// material, so that `job.removed` contains only materials that the tool met.
+// Flushes `job.sums`, and clears it for sums of `job.sums_material`. Call it only if the tool meets
+// material. Then `job.removed` contains only materials that the tool has met.
 void take_sums(TileJob& job);
 
 }  // namespace kibori

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Writes MCAP files (https://mcap.dev/spec): messages of several channels in chunks, with an index.
-// This code exists because Debian does not package the MCAP library.
+// Writes MCAP files (https://mcap.dev/spec). A file has messages of several channels in chunks, and
+// an index. Debian does not package the MCAP library, so this code replaces it.
 #pragma once
 
 #include <cstdint>
@@ -15,17 +15,17 @@ namespace kibori {
 
 class McapWriter {
  public:
-  // `program`: name of the program that writes the file.
+  // Starts a file. `program` is the name of the program that writes it.
   McapWriter(const std::filesystem::path& path, const std::string& program);
 
-  // Adds a channel and returns its number; the first is 1. Its messages are JSON. They must match
-  // `json_schema`, which is a JSON Schema.
+  // Adds a channel for JSON messages and returns its number. The first channel has the number 1.
+  // `json_schema` is a JSON Schema that the messages must match.
   uint16_t add_channel(const std::string& topic, const std::string& schema_name,
                        const std::string& json_schema);
   void add_metadata(const std::string& name, const std::map<std::string, std::string>& entries);
-  // Call it in order of time, across all channels.
+  // Adds a message. Calls must be in the order of `time_ns`, across all channels.
   void write(uint16_t channel, uint64_t time_ns, const std::string& message);
-  // Writes the index and moves the file into place. Errors: the file cannot be written. Then a file
+  // Writes the index and moves the file to `path`. Errors: the file cannot be written. Then a file
   // that existed at `path` before is unchanged.
   Status commit();
 
@@ -34,8 +34,8 @@ class McapWriter {
   struct Channel {
     Record schema, channel;
     uint64_t messages = 0;
-    Record index;            // times and offsets of its messages in the current chunk
-    bool announced = false;  // true if the current chunk contains its schema and channel
+    Record index;            // times and offsets of the channel's messages in the current chunk
+    bool announced = false;  // true if the current chunk contains the channel and its schema
   };
   struct Chunk {
     uint64_t first_ns, last_ns, at, bytes, index_bytes, size;

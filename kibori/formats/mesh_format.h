@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The formats of mesh files, one row each. The command line, the studio, its page and the Python
-// module take their lists from here. CONTRIBUTING.md says what else a new format needs.
+// The list of mesh file formats. The command line, the studio, its page and the Python module use
+// this list. CONTRIBUTING.md explains what else a new format needs.
 #pragma once
 
 #include <algorithm>
@@ -13,16 +13,16 @@ namespace kibori {
 
 // One format of mesh files.
 struct MeshFormat {
-  // The axis of the file that points up. `turned`: always y, and the reader turns it to z.
-  // `mostly_y`, `mostly_z`: this axis, unless the mesh has a much larger flat base with the other
-  // axis up. `perhaps_z`: like mostly_z; but if the mesh has no flat base with z up, y is up if
-  // the centre of mass is then lower.
+  // The axis that points up in most files of the format. `turned`: always y; the reader turns y to
+  // z. `mostly_z`: z, unless the mesh has a much larger flat base with y up. `mostly_y`: the same
+  // with y and z exchanged. `perhaps_z`: like mostly_z; but a mesh without a flat base with z up
+  // has y up if its centre of mass is then lower.
   enum class Up { turned, mostly_y, mostly_z, perhaps_z };
 
-  std::string_view ending;  // lower case, as ending_of returns it
+  std::string_view ending;  // in lower case, as ending_of() returns it
   bool written;             // true if write_surface supports it
-  double unit_mm;           // scale from the file to mm; 1 if the file states its own unit
-  const char* unit_note;    // a sentence for users, without its full stop
+  double unit_mm;           // mm per unit of the file; 1 if the file states its own unit
+  const char* unit_note;    // a sentence for users, without the full stop
   Up up;
 };
 
@@ -36,7 +36,7 @@ inline constexpr MeshFormat kMeshFormats[] = {
     {".gltf", false, 1000, "glTF files are in metres", MeshFormat::Up::turned},
 };
 
-// The format of an ending; null if it is unknown.
+// Returns the format with this ending, or null.
 constexpr const MeshFormat* mesh_format_of(std::string_view ending) {
   for (const MeshFormat& format : kMeshFormats)
     if (format.ending == ending) return &format;
@@ -44,7 +44,7 @@ constexpr const MeshFormat* mesh_format_of(std::string_view ending) {
 }
 
 namespace internal {
-// The endings of all formats, or of those that Kibori writes.
+// Returns the endings of all formats, or only of those that Kibori writes.
 template <size_t N>
 constexpr std::array<std::string_view, N> endings_of(bool written_only) {
   std::array<std::string_view, N> endings;
@@ -55,19 +55,19 @@ constexpr std::array<std::string_view, N> endings_of(bool written_only) {
 }
 }  // namespace internal
 
-// The endings that read_mesh reads, and those that write_surface writes.
+// The endings that read_mesh accepts, and those that write_surface accepts.
 inline constexpr auto kMeshesRead = internal::endings_of<std::size(kMeshFormats)>(false);
 inline constexpr auto kMeshesWritten = internal::endings_of<static_cast<size_t>(
     std::count_if(std::begin(kMeshFormats), std::end(kMeshFormats),
                   [](const MeshFormat& format) { return format.written; }))>(true);
 
-// True if `ending` is in the list.
+// Returns true if `ending` is in the list.
 constexpr bool is_one_of(const auto& endings, std::string_view ending) {
   return std::find(endings.begin(), endings.end(), ending) != endings.end();
 }
 
-// Joins endings. For example, `between` = ", " and `last` = " and " give ".stl, .ply and .glb". An
-// empty `last` means `between`.
+// Returns the endings as one text. For example, `between` = ", " and `last` = " and " give ".stl,
+// .ply and .glb". If `last` is empty, `between` is used instead.
 std::string list_of(const auto& endings, std::string_view between = ", ",
                     std::string_view last = {}) {
   std::string text;

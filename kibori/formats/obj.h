@@ -11,11 +11,11 @@
 
 namespace kibori {
 
-// Returns the vertices and faces of all objects and groups. Colours, texture coordinates, normals
-// and materials are skipped, and references to missing ones are accepted. A backslash continues a
-// line of numbers, not a comment or a name. `name` is for messages; `notes` receives what was left
-// out. Errors (with line): words where numbers should be, indices of vertices that do not exist.
-// Also no faces.
+// Parses an OBJ file. Returns the vertices and the faces of all objects and groups. Colours,
+// texture coordinates, normals and materials are skipped; they may be missing. A backslash
+// continues a line of numbers, but not a comment or a name. `name` is the file's name in messages.
+// `notes` receives sentences about what was left out. Errors (with line): a word that should be a
+// number; an index of a missing vertex; a file without faces.
 Result<TriangleMesh> parse_obj(std::string_view text, const std::string& name,
                                std::vector<std::string>* notes = nullptr);
 

@@ -11,13 +11,14 @@
 
 namespace kibori {
 
-// Returns the vertices and faces of a text file. The first word is OFF, or is missing. It may have
-// prefixes: ST (texture coordinates), C (colours), N (normals), 4 (a fourth coordinate, which
-// divides the others) and n. With n, the dimension follows; it must be 3. Usually, each vertex and
-// each face has its own line, and further numbers in the line are skipped. If the file has fewer
-// lines, the prefixes determine how many numbers a vertex has. `name` is for messages; `notes`
-// receives what was left out. Errors (with line): other dimensions, binary files, counts that
-// exceed the file, words where numbers should be, indices of missing vertices.
+// Parses an OFF file (text). Returns its vertices and faces. The first word may be missing. It is
+// OFF, with optional prefixes: ST (texture coordinates), C (colours), N (normals), 4 (a fourth
+// coordinate, which divides the others) and n. After n, the file has the dimension, which must be
+// 3. Usually, each vertex and each face is in a separate line, and more numbers in the line are
+// skipped. If the file has fewer lines, the prefixes define how many numbers a vertex has. `name`
+// is the file's name in messages. `notes` receives sentences about what was left out. Errors (with
+// line): another dimension; a binary file; a count that exceeds the file; a word that should be a
+// number; an index of a missing vertex.
 Result<TriangleMesh> parse_off(std::string_view text, const std::string& name,
                                std::vector<std::string>* notes = nullptr);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Reads PLY files (Stanford's polygon file format). Triangle strips are read, too (element
-// `tristrips`), because scan archives use them. surface_file.h writes PLY files.
+// Reads PLY files (Stanford's polygon file format), with triangle strips (element `tristrips`),
+// which scan archives use. surface_file.h writes PLY files.
 #pragma once
 
 #include <span>
@@ -12,13 +12,13 @@
 
 namespace kibori {
 
-// Returns the vertices, faces and triangle strips of an ASCII or binary file. The elements may be
-// in any order. Other elements and properties are skipped. In a strip, -1 begins another strip, and
-// every second triangle is reversed. A strip's triangles that use a vertex twice are left out.
-// `name` is for messages; `notes` receives what was left out. Errors (with line, or element and
-// row): not a PLY file, an invalid header, a file too short for its counts. Also words where
-// numbers should be, coordinates that are not finite, indices of vertices that do not exist, only
-// points.
+// Parses an ASCII or binary file. Returns the vertices, faces and triangle strips. The elements may
+// be in any order. Other elements and properties are skipped. In a list of strips, -1 begins the
+// next strip, and every second triangle of a strip is reversed. Triangles of a strip that use a
+// vertex twice are left out. `name` is the file's name in messages. `notes` receives sentences
+// about what was left out. Errors (with the line, or with the element and the row): the file is not
+// a PLY file; its header is invalid; it is too short for its counts; a word should be a number; a
+// coordinate is not finite; an index is of a missing vertex; the file has only points.
 Result<TriangleMesh> parse_ply(std::span<const char> bytes, const std::string& name,
                                std::vector<std::string>* notes = nullptr);
 

@@ -12,10 +12,10 @@
 
 namespace kibori {
 
-// Writes a picture. The first row is the top. Errors: the file cannot be written.
+// Write pictures. The first row of `pixels` is the top. Errors: the file cannot be written.
 Status write_png_rgb(const std::filesystem::path& path, int width, int height,
                      std::span<const std::array<uint8_t, 3>> pixels);
-// Returns the bytes of such a file.
+// Returns a picture as the bytes of a PNG file.
 Result<std::vector<uint8_t>> png_rgb(int width, int height,
                                      std::span<const std::array<uint8_t, 3>> pixels);
 Status write_png_grey8(const std::filesystem::path& path, int width, int height,
@@ -30,8 +30,9 @@ struct GreyMap {
   std::vector<uint16_t> pixels;
 };
 
-// Reads any PNG picture as grey. Colours become their luminance, and transparent pixels are blended
-// with black. Errors: not a PNG picture, damaged, more than `max_side` pixels per side.
+// Reads any PNG picture as grey. Colours become grey by their luminance. Transparent pixels are
+// blended with black. Errors: the file is not a PNG picture, or is damaged; a side has more than
+// `max_side` pixels (read_png_grey: kMaxPngSide).
 inline constexpr int kMaxPngSide = 8192;
 Result<GreyMap> read_png_grey(const std::filesystem::path& path);
 Result<GreyMap> parse_png_grey(std::span<const char> bytes, const std::string& name,

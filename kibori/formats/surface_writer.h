@@ -14,17 +14,18 @@ namespace kibori {
 class SurfaceWriter {
  public:
   virtual ~SurfaceWriter() = default;
-  // Starts the next object. The pieces that follow belong to it, and their vertices are numbered
-  // from 0 again.
+  // Starts the next object. The next pieces belong to it. Their vertices are numbered from 0 again.
   virtual void begin(const SurfaceObject&) {}
-  // True if the format stores poses. Otherwise the vertices arrive with the pose applied.
+  // Returns true if the format stores poses. Otherwise, the poses are already applied to the
+  // vertices.
   virtual bool places() const { return false; }
   virtual void put(const SurfacePart& part) = 0;
-  // Call after the last piece. Errors: a limit of the format, or no space for temporary data.
+  // Call this after the last piece. Errors: a limit of the format is exceeded; there is no space
+  // for temporary data.
   virtual Status finish() = 0;
 };
 
-// A writer for 3MF. All arguments must outlive it.
+// Returns a writer for 3MF. All arguments must outlive the writer.
 std::unique_ptr<SurfaceWriter> threemf_writer(NewFile& file, Spool& vertices, Spool& triangles,
                                               std::span<const Rgb> colors);
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Reads 3MF, the 3D Manufacturing Format: the core specification, and objects in other model files
-// of the archive (production extension). Colours and materials are skipped. surface_file.h writes
-// 3MF.
+// Reads 3MF files (3D Manufacturing Format): the core specification, and the production extension
+// (objects in other model files of the archive). Colours and materials are skipped. surface_file.h
+// writes 3MF.
 #pragma once
 
 #include <span>
@@ -13,12 +13,13 @@
 
 namespace kibori {
 
-// Returns the objects that the file's build section lists, each transformed to its place, as one
-// mesh in mm. Objects that are not material are left out: supports, and the modifiers and negative
-// parts of a slicer's project. `name` is for messages. `notes` receives what was left out, and
-// violations of the specification that do not prevent reading. Errors (with entry and line): not an
-// archive, no model, malformed XML or a document type declaration, other required extensions. Also
-// invalid numbers or indices, components that contain themselves, more than kMaxImportTriangles.
+// Parses a 3MF file. Returns the objects that its build section lists as one mesh in mm, each at
+// its place. Objects that are not material are left out: supports, and the modifiers and negative
+// parts of a slicer's project. `name` is the file's name in messages. `notes` receives sentences
+// about what was left out, and about violations of the specification that do not prevent reading.
+// Errors (with the entry and the line): the file is not an archive; there is no model; the XML is
+// malformed or has a document type declaration; another extension is required; a number or an index
+// is invalid; a component contains itself; there are more than kMaxImportTriangles.
 Result<TriangleMesh> parse_3mf(std::span<const char> bytes, const std::string& name,
                                std::vector<std::string>* notes = nullptr);
 

@@ -9,12 +9,11 @@
 
 namespace kibori {
 
-// True if the name ends in .nrrd or .nhdr, in any case.
+// Returns true if the name ends in .nrrd or .nhdr, in upper or lower case.
 bool is_volume(const std::filesystem::path& path);
 
-// Reads an NRRD file (nrrd.h) with kibori-import, so that a malicious file can only cause an error
-// message. Errors: those of parse_nrrd and read_volume_in_helper. Also if the file does not exist,
-// or has no label except 0.
+// Reads an NRRD file (nrrd.h) with kibori-import, so that a malicious file can only cause an error.
+// Errors: the file does not exist; those of parse_nrrd and read_volume_in_helper.
 Result<LabelVolume> read_volume(const std::filesystem::path& path);
 
 }  // namespace kibori

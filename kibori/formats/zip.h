@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// ZIP archives, as far as 3MF needs them: stored and deflated entries, no encryption. Archives
-// above 4 GB and archives with 64-bit sizes can be read, but not written. Internal to `formats`.
+// ZIP archives as 3MF needs them: stored and deflated entries, no encryption. Archives above 4 GB,
+// and archives with 64-bit sizes, can be read but not written. Internal to `formats`.
 #pragma once
 
 #include <cstdint>
@@ -26,11 +26,11 @@ class ZipWriter {
   ZipWriter(const ZipWriter&) = delete;
   ZipWriter& operator=(const ZipWriter&) = delete;
 
-  // Call begin for each entry, then write any number of times, then end.
+  // For each entry, call begin(), then write() any number of times, then end().
   void begin(const std::string& name);
   void write(std::string_view data);
   void end();
-  // Writes the directory. Error: the archive or an entry has more than 4 GB.
+  // Writes the directory. Errors: the archive or an entry has more than 4 GB.
   Status finish();
 
  private:
@@ -46,18 +46,19 @@ class ZipWriter {
   std::vector<Entry> entries_;
 };
 
-// Reads an archive that may be malicious. Every offset and size is checked against the available
-// bytes before use.
+// Reads an archive, which may be malicious. Every offset and every size is checked against the
+// available bytes before use.
 class ZipReader {
  public:
-  // `bytes` must outlive the reader. Errors: not an archive, truncated, too many entries, entry
-  // names that leave the archive's folder, encrypted entries. Also an entry with a compression
-  // ratio that no real file has.
+  // `bytes` must outlive the reader. Errors: this is not an archive; it is truncated; it has too
+  // many entries; the name of an entry leads out of the archive's folder; an entry is encrypted; an
+  // entry has a compression ratio that no real file has.
   static Result<ZipReader> open(std::span<const char> bytes);
 
   bool has(const std::string& name) const { return find(name) != nullptr; }
-  // Passes the entry's content to `f`, piece by piece. `f` returns false to stop. Errors: no such
-  // entry, an unsupported compression method, damaged content, another size than declared.
+  // Passes the content of an entry to `f`, piece by piece. `f` returns false to stop. Errors: there
+  // is no such entry; its compression method is not supported; its content is damaged; its size is
+  // not the declared one.
   Status read(const std::string& name, const std::function<bool(std::string_view)>& f) const;
 
  private:
@@ -66,7 +67,7 @@ class ZipReader {
     uint16_t method;
     uint32_t crc;
     uint64_t packed, whole;
-    size_t at;  // offset of the packed bytes
+    size_t at;  // offset of the packed bytes in bytes_
   };
   const Entry* find(const std::string& name) const;
 

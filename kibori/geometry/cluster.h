@@ -6,11 +6,11 @@
 
 namespace kibori {
 
-// Returns a mesh with at most `max_triangles`. In a mesh that is small enough, only vertices with
-// the same float32 position are merged. In a larger mesh, all vertices in a cell of a cubic grid
-// become their mean (Rossignac and Borrel, "Multi-resolution 3D approximations", 1993). The result
-// may be open and may intersect itself. It needs memory for the result and for a grid of at most
-// 2^21 cells, however large the mesh is.
+// Returns a mesh with at most `max_triangles` triangles. If `mesh` has no more than that, the
+// function only merges vertices with the same float32 position. Otherwise it divides space into
+// cubic cells. All vertices in a cell become one vertex at their mean (Rossignac and Borrel,
+// "Multi-resolution 3D approximations", 1993). The result may be open and may intersect itself. The
+// function needs memory for the result and at most 2^21 cells, for a mesh of any size.
 TriangleMesh cluster(const TriangleMesh& mesh, size_t max_triangles);
 
 }  // namespace kibori

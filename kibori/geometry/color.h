@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: MIT
-// Paint and mask of a point of the surface, in one number.
+// The paint and the mask of a point of the surface, in one number. A mask protects the surface from
+// brushes.
 #pragma once
 
 #include <cstdint>
 
 namespace kibori {
 
-// 0xMMBBGGRR. 0: neither painted nor masked. MM encodes the mask and whether there is paint:
+// The bytes are 0xMMBBGGRR. 0 means neither painted nor masked. MM encodes the mask m, and whether
+// there is paint:
 //
 //   0xff - m   painted, with mask m
 //   m          not painted, with mask m; BBGGRR is 0
 //
-// The mask m is a number from 0 to kMaxMask. Brushes move the surface less where m is larger.
+// m is a number from 0 to kMaxMask. The larger it is, the less brushes move the surface.
 using Color = uint32_t;
 inline constexpr int kMaxMask = 127;
 
@@ -24,7 +26,8 @@ constexpr Color with_mask(Color color, int mask) {
   const auto high = static_cast<Color>(is_painted(color) ? 0xff - mask : mask);
   return (color & 0xffffff) | high << 24;
 }
-// The share of a brush's effect that the mask lets through, 0 to 1.
+// Returns the share of a brush's effect that remains with this mask: 1 without a mask, 0 at
+// kMaxMask.
 constexpr double unmasked_share(Color color) {
   return 1 - static_cast<double>(mask_of(color)) / kMaxMask;
 }

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
-// The positions of a model's rays. Positions are in millimetres in the world (Vec3, Box), or in
-// lattice units (LatticePoint, LatticeVector, LatticeBox). A lattice unit is one pitch. A Lattice
-// converts between the two, and the types keep them apart.
+// The lattice of nodes through which a model's rays run. Positions are in millimetres (Vec3, Box)
+// or in lattice units (LatticePoint, LatticeVector, LatticeBox). One lattice unit is one pitch. The
+// types prevent mixing the two units. A Lattice converts between them.
 #pragma once
 
 #include <kibori/geometry/vec.h>
 
 namespace kibori {
 
-// A point in lattice units, from the lattice's origin.
+// A point in lattice units. The lattice's origin has the coordinates 0.
 struct LatticePoint {
   Vec3 units = Vec3::Zero();
 
@@ -39,18 +39,20 @@ struct LatticeBox {
   LatticePoint centre() const { return {units.centre()}; }
 };
 
-// Nodes are at origin + (i + 1/2, j + 1/2, k + 1/2) * pitch, with low() <= (i, j, k) < high().
+// Node (i, j, k) is at origin + (i + 1/2, j + 1/2, k + 1/2) * pitch, for low() <= (i, j, k)
+// < high(). A lattice can grow on all sides. Its base is what it was before it grew:
 //
 //        -below        0                     nodes       nodes + above
 //          |   grown   |        base           |    grown    |
 //                      origin
 //
-// A lattice that grows keeps its origin, so all nodes keep their indices and their places.
+// Growth does not change the origin, so all nodes keep their indices and their positions.
 struct Lattice {
-  Index3 nodes = Index3::Zero();  // of the base: the lattice before it grew
+  Index3 nodes = Index3::Zero();  // number of nodes of the base along x, y, z
   Vec3 origin_mm = Vec3::Zero();  // lower corner of the base
-  double pitch_mm = 1;            // between two rays
-  // Nodes that growth added on the sides (dexel/tri_dexel.h).
+  double pitch_mm = 1;            // distance between adjacent nodes
+  // Number of nodes that growth added along x, y, z: at the low sides and at the high sides
+  // (dexel/tri_dexel.h).
   Index3 below = Index3::Zero(), above = Index3::Zero();
 
   Index3 low() const { return -below; }
@@ -71,7 +73,7 @@ struct Lattice {
     return {to_mm(LatticePoint{box.units.min}), to_mm(LatticePoint{box.units.max})};
   }
   Vec3 vector_to_mm(const LatticeVector& vector) const { return pitch_mm * vector.units; }
-  // The box of the whole lattice, and that of its base.
+  // The boxes of the whole lattice and of its base.
   LatticeBox whole() const {
     return {{low().matrix().cast<double>(), high().matrix().cast<double>()}};
   }

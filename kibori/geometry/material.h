@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The material of a part of a model. haptics/materials.h has the values of woods and other stock.
+// The properties of a material. haptics/materials.h has the values of woods and other stock.
 #pragma once
 
 #include <array>
@@ -13,27 +13,30 @@ namespace kibori {
 
 struct Material {
   std::string name = "material";
-  double kf = 0.001;  // force for each removed point [N], force model `paper`
-  // Specific cutting energy [N/mm^2 = N mm / mm^3], force models `energy` and `series`.
+  double kf = 0.001;  // force for each removed lattice node [N], force model `paper`
+  // Specific cutting energy: work per removed volume [N/mm^2 = N mm / mm^3]. Force models `energy`
+  // and `series`.
   double u = 0.5;
   double c = 0;        // viscous part of the force [N s/mm^3], force model `series`
   double yield_n = 0;  // minimum force that cuts [N], force model `series`
   std::array<uint8_t, 3> color{196, 154, 108};
   // True for clay: a tool displaces the material instead of removing it (motion/reshape_stroke.h).
   bool plastic = false;
-  // Energy to split the material without removing any [N/mm = N mm / mm^2]: body/cutter.h.
+  // Work per area to split the material without removing any [N/mm = N mm / mm^2], see
+  // body/cutter.h.
   double gc = 0.3;
-  // Specific cutting energy along the grain [N/mm^2]. u is the value across the grain. 0: u_along
-  // equals u.
+  // Specific cutting energy along the grain [N/mm^2]. If it is given, u is the energy across the
+  // grain. 0: u_along equals u.
   double u_along = 0;
-  // Share of u by which late wood of a year's ring resists more than early wood (edit/grain.h).
+  // Late wood of a year's ring resists more than early wood by this share of u (edit/grain.h).
   double ring = 0;
-  // The law of haptics/chip.h: specific resistance [N/mm^(2-m)] of a cut through end grain, along
-  // the fibres, and across them. All 0: the force is u times the section of the chip.
+  // Specific resistance [N/mm^(2-m)] in the law of haptics/chip.h: for a cut through end grain,
+  // along the fibres, and across them. All 0: this law is not used. The force is then u times the
+  // cross-section of the chip.
   std::array<double, 3> k{0, 0, 0};
-  double m = 0;              // exponent of the thickness of the chip, from 0 to below 1
+  double m = 0;              // exponent of the chip's thickness in this law, from 0 to below 1
   double density_kg_m3 = 0;  // 0: unknown
-  LogCut log{};              // of wood; a model uses one log (log_cut_of)
+  LogCut log{};              // for wood; all materials of a model use one log (log_cut_of)
 
   static void for_fields(auto&& f) {
     constexpr FieldRange kNotNegative = FieldRange::not_negative;
@@ -56,11 +59,11 @@ struct Material {
   bool operator==(const Material&) const = default;
 };
 
-// The resistance of early wood is u (1 - ring kMeanLate), see edit/grain.h. It must stay positive,
-// so ring must be below 8. The limit keeps a margin.
+// Maximum of Material::ring. Early wood resists with u (1 - ring kMeanLate), see edit/grain.h. This
+// is positive only for ring < 8. The limit leaves a margin.
 inline constexpr double kMaxRing = 5;
 
-// True if the law of haptics/chip.h applies, instead of u.
+// True if the law of haptics/chip.h gives the force, instead of u.
 inline bool has_chip_law(const Material& m) { return m.k != std::array<double, 3>{0, 0, 0}; }
 // True if the material's resistance depends on the direction of the cut.
 inline bool has_direction(const Material& m) {
@@ -69,33 +72,35 @@ inline bool has_direction(const Material& m) {
 }
 // True if the material's resistance depends on the place or the direction of the cut.
 inline bool has_grain(const Material& m) { return has_direction(m) || m.ring != 0; }
-// Sets the log of the stock's material in all materials of a model.
+// Copies the log of the stock's material to all materials of a model. If `stock_material` is not an
+// index into `materials`, nothing changes.
 template <class Materials>
 void share_log(Materials& materials, size_t stock_material) {
   if (!(stock_material < materials.size())) return;
   const LogCut log = materials[stock_material].log;
   for (Material& m : materials) m.log = log;
 }
-// The log of a model: that of the first material with a grain.
+// Returns the log that a model uses: the log of the first material with a grain.
 template <class Materials>
 LogCut log_cut_of(const Materials& materials) {
   for (const Material& m : materials)
     if (has_grain(m)) return m.log;
   return {};
 }
-// Mean specific cutting energy over all directions [N/mm^2], for chips that are 1 mm thick.
+// Mean specific cutting energy [N/mm^2]. With the law of haptics/chip.h, it is the mean of the
+// three k, for a chip that is 1 mm thick. Otherwise it is u.
 inline double mean_cutting_energy(const Material& m) {
   return has_chip_law(m) ? (m.k[0] + m.k[1] + m.k[2]) / 3 : m.u;
 }
 
-// Sets the resistance to u in all directions and places.
+// Makes the material resist with u in all directions and at all places.
 inline void set_isotropic(Material& material, double u) {
   material.u = u;
   material.u_along = material.ring = material.m = 0;
   material.k = {0, 0, 0};
 }
 
-// Error text for an invalid number; null if all are valid.
+// Returns an error text if a number is invalid; null if all numbers are valid.
 inline const char* fault_of(const Material& m) {
   for (const double x : {m.kf, m.u, m.c, m.yield_n, m.gc, m.u_along, m.ring, m.m, m.density_kg_m3,
                          m.k[0], m.k[1], m.k[2]})

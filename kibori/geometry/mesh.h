@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Indexed triangle meshes [mm], counter-clockwise seen from outside.
+// Triangle meshes with indexed vertices [mm]. Seen from outside, the corners of each triangle are
+// in counter-clockwise order.
 #pragma once
 
 #include <array>
@@ -25,10 +26,11 @@ struct TriangleMesh {
   }
 };
 
-// A mesh for display, printing and transfer. Surface extraction produces it.
+// A mesh with normals, materials and paint, for display, printing and transfer. extract_surface
+// (surface/surface.h) makes it from a model.
 struct SurfaceVertex {
   std::array<float, 3> position;
-  std::array<float, 3> normal;  // unit, out of the material
+  std::array<float, 3> normal;  // unit; points out of the material
   uint8_t material;
   Color paint;
 };
@@ -38,23 +40,23 @@ struct Surface {
   std::vector<SurfaceTriangle> triangles;
 };
 
-// A piece of a surface in a stream. Its first `own` vertices are new. Their numbers continue from
-// the pieces before. The other vertices belong to other pieces, earlier or later. `number` is each
-// vertex's number in the whole surface.
+// One part of a surface that is sent in several parts. The first `own` vertices are new. Their
+// numbers in the whole surface continue those of the previous parts. All other vertices belong to
+// earlier or later parts. `number` has the number of each vertex in the whole surface.
 struct SurfacePart {
   std::span<const SurfaceVertex> vertices;
-  std::span<const SurfaceTriangle> triangles;  // of `vertices`
+  std::span<const SurfaceTriangle> triangles;  // indices into `vertices`
   std::span<const uint32_t> number;
   size_t own;
 };
 using SurfaceSink = std::function<void(const SurfacePart&)>;
 
-// Converts a mesh to a surface. Vertices with the same float32 position become one vertex.
-// Triangles with two equal corners are dropped then. Normals are the mean of the adjacent faces,
-// weighted by angle. The material is 0.
+// Converts a mesh to a surface. Vertices with the same float32 position become one vertex. If two
+// corners of a triangle are then equal, the triangle is dropped. A vertex's normal is the mean of
+// its triangles' normals, weighted by their angles at the vertex. The material is 0.
 Surface surface_of_mesh(const TriangleMesh& mesh);
 
-// Sends a surface in one piece.
+// Sends a surface as one part.
 void send_surface(const Surface& surface, const SurfaceSink& sink);
 
 }  // namespace kibori

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The 24 rotations by right angles, given as the axes of a file that point up and to the front.
+// A rotation by right angles from the axes of a file to Kibori's; there are 24. It is given by two
+// axes of the file: the one that points up, and the one that points to the front.
 #pragma once
 
 #include <cstdint>
@@ -12,13 +13,13 @@ namespace kibori {
 
 enum class SignedAxis : uint8_t { plus_x, minus_x, plus_y, minus_y, plus_z, minus_z };
 
-// "x", "-x" and so on; nullopt for any other text.
+// Parses "x", "-x" and so on. Returns nullopt for any other text.
 std::optional<SignedAxis> parse_signed_axis(std::string_view text);
 const char* signed_axis_text(SignedAxis axis);
-// The unit vector along the axis.
+// Returns the unit vector along the axis.
 Vec3 direction(SignedAxis axis);
 
-// `up` becomes +z. `front`, the side that faces the viewer, becomes -y.
+// Axis `up` of the file becomes +z. Axis `front` points towards the viewer and becomes -y.
 struct Orientation {
   SignedAxis up = SignedAxis::plus_z;
   SignedAxis front = SignedAxis::minus_y;
@@ -26,15 +27,15 @@ struct Orientation {
   bool operator==(const Orientation&) const = default;
 };
 
-// The orientation with this `up` and the usual front: z if y is up (as in glTF) or down, otherwise
-// -y.
+// Returns the orientation with this `up` and the usual front. If `up` is y (as in glTF) or -y, the
+// front is z. Otherwise it is -y.
 Orientation standing(SignedAxis up);
 
-// True if up and front are at right angles, as they must be.
+// True if `up` and `front` are at right angles. Otherwise the orientation is invalid.
 bool is_turn(const Orientation& orientation);
 
-// The rotation from a file's axes to Kibori's. Its entries are 0, 1 and -1, so the rotation is
-// exact.
+// Returns the rotation from the file's axes to Kibori's. The orientation must be valid (is_turn).
+// The entries are 0, 1 and -1, so the rotation is exact.
 Mat3 rotation(const Orientation& orientation);
 
 }  // namespace kibori

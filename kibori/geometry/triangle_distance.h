@@ -9,12 +9,12 @@
 
 namespace kibori {
 
-// Distance from p to the triangle a b c, in the unit of the arguments. Ericson, Real-Time Collision
-// Detection, 5.1.5.
+// Returns the distance from p to the triangle with corners a, b and c, in the unit of the
+// arguments. Source: Ericson, Real-Time Collision Detection, 5.1.5.
 inline double distance_to_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
   const Vec3 ab = b - a, ac = c - a, ap = p - a, n = ab.cross(ac);
   if (!(n.squaredNorm() > 1e-20 * ab.squaredNorm() * ac.squaredNorm())) {
-    // The corners are on one line up to rounding: use the nearest side.
+    // Within rounding, the corners are on one line: use the nearest side.
     const auto side = [&](const Vec3& from, const Vec3& along) {
       const double length2 = along.squaredNorm();
       const double t = length2 > 0 ? std::clamp((p - from).dot(along) / length2, 0.0, 1.0) : 0;

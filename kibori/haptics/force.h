@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: MIT
-// Force models: compute the force and moment at the tool's tip from the material that a motion
-// removed. Units: N, N mm.
+// Force models. They compute the force F and the moment M at the tool's tip from the material that
+// a motion removed. Units: N, N mm.
 //
 //   paper    F = -Kf K p/|p|          M = sum z_i x F_i; exactly eqs. 4 and 5 of the paper
-//   energy   F = -u dV/|p| p/|p|      M = z x F with the centre of dV; u [N/mm^2] is the material's
-//                                     specific cutting energy, or the result of the law of chip.h
+//   energy   F = -u dV/|p| p/|p|      M = z x F
 //
-// p is the tip's displacement over the tick. dV is the sliding mean (path_mean.h) of the removed
-// volume. The levers z are relative to the tip. With five degrees of freedom (eq. 5), z is the part
-// of the lever along the tool's axis. With six it is the whole lever.
+// p is the displacement of the tip in the tick. K is the number of removed lattice nodes, and Kf
+// the force of one node. dV is the sliding mean (path_mean.h) of the removed volume. u is the
+// specific cutting energy of the material [N/mm^2], or the result of the law of chip.h. A lever z
+// points from the tip to a removed node (paper) or to the centre of dV (energy). With five degrees
+// of freedom (eq. 5), only the part of the lever along the tool's axis counts.
 #pragma once
 
 #include <algorithm>
@@ -21,8 +22,8 @@
 
 namespace kibori {
 
-// series: a spring between hand and tool gives the force (motion/spring_tool.h). energy and paper:
-// the laws above.
+// series: the force comes from a spring between hand and tool (motion/spring_tool.h). energy,
+// paper: the laws above.
 enum class ForceModel { series, energy, paper };
 constexpr Names<3> names_of(ForceModel) { return {"series", "energy", "paper"}; }
 
@@ -31,64 +32,69 @@ struct Wrench {
   Vec3 moment = Vec3::Zero();  // N mm about the tip
 };
 
-// One tick of a tool's motion, in mm, in the world's frame.
+// The motion of a tool in one tick, in mm, in the world's frame.
 struct TickMotion {
-  Vec3 tip = Vec3::Zero();     // at the end
-  Vec3 axis = Vec3::UnitZ();   // at the end, unit, from the tip into the body
+  Vec3 tip = Vec3::Zero();     // position of the tip at the end
+  Vec3 axis = Vec3::UnitZ();   // unit vector from the tip into the tool's body, at the end
   Vec3 travel = Vec3::Zero();  // p: displacement of the tip
   Vec3 turn = Vec3::Zero();    // rotation vector [rad]; zero if the tool only translates
 };
 
-// Share of the cutting force that the hand supports if a motor drives the tool: the hand only feeds
-// the tool. Feed forces of routers and burrs are about a tenth of the force of a knife with the
-// same chip. With a larger share, a carver could not push a ball burr through oak. With a smaller
-// one, hard and soft wood would give the same force.
+// Share of the cutting force that the hand supports if a motor drives the tool. Then the hand only
+// feeds the tool. The feed forces of routers and burrs are about a tenth of the force of a knife
+// with the same chip. With a larger share, a carver could not push a ball burr through oak. With a
+// smaller share, hard and soft wood would give the same force.
 inline constexpr double kPoweredShare = 0.1;
-// Share that the hand supports if a press drives a stamp: its lever or screw does the rest.
+// Share of the force that the hand supports if a press drives a stamp. The lever or screw of the
+// press supports the rest.
 inline constexpr double kPressShare = 0.01;
 
-// ForceLaw::thrust of a sharp edge, and its maximum. The edge of a worn tool has more thrust.
+// ForceLaw::thrust of a sharp edge, and the largest permitted thrust. A worn edge has more thrust.
 inline constexpr double kSharpThrust = 0.3, kMaxThrust = 3;
 
 inline constexpr int kForceVersion = 2;
 
 struct ForceLaw {
-  // In model `series`, DirectTool computes the wrench as in `energy`; HandTool replaces it by the
-  // spring's pull.
+  // With `series`, DirectTool computes the wrench as with `energy`. HandTool replaces this wrench
+  // by the pull of the spring.
   ForceModel model = ForceModel::paper;
   int dof = 5;  // 5 or 6
-  // Model `energy`: share of the cutting force that the hand supports (see kPoweredShare).
+  // Models `energy` and `series`: share of the cutting force that the hand supports (see
+  // kPoweredShare).
   double hand_share = 1;
-  // True: material inside the tool at the stroke's beginning also resists in the first tick. Old
-  // documents computed their forces this way.
+  // If true, material inside the tool at the stroke's beginning also resists in the first tick. Old
+  // documents computed their forces in this way.
   bool start_resists = false;
-  // Model `energy`: thrust as a share of the cutting force. It pushes the edge along the normal of
-  // its front and does no work.
+  // Model `energy`: thrust as a share of the cutting force. The thrust pushes the edge along the
+  // normal of the edge's front, and does no work.
   double thrust = 0;
-  // Version of the code that computed a document's stored forces. 1: volumes as means of the three
-  // fields (before November 29, 2026). 2: volumes of dexel/volume.h.
+  // Version of the code that computed the forces in a document. 1: volumes as means of the three
+  // fields (before November 29, 2026). 2: the volumes of dexel/volume.h.
   int version = kForceVersion;
 };
 
-// Material i of a list that is not empty. An index beyond the list gives the last material, so that
-// a damaged file cannot read out of bounds.
+// Returns material i of a list that is not empty. If i is beyond the list, returns the last
+// material. So a damaged file cannot cause a read out of bounds.
 template <class Materials>
 const auto& material_of(const Materials& materials, int i) {
   return materials[std::min(static_cast<size_t>(i), std::size(materials) - 1)];
 }
 
-// Model `paper`: wrench of the removed points of one material.
+// Model `paper`: returns the wrench of the removed nodes of one material.
 Wrench paper_wrench(int dof, const RemovedPart& part, const Material& material,
                     const TickMotion& tick, double pitch_mm, const Vec3& origin_mm);
 
-// Model `energy`: resistance of the removed part of one material. `part` must have moments about
-// tick.tip (Motion::reference). For a turn it also needs element sums (Motion::turning).
+// Model `energy`: returns the resistance of the removed part of one material. `part` must have
+// moments about tick.tip (Motion::reference). If the tool turns, `part` must also have the sums of
+// Motion::turning.
 PathMean::Resistance resistance_of(const RemovedPart& part, const TickMotion& tick,
                                    double pitch_mm);
-// Wrench of the resistance that is paid in a tick (see path_mean.h). u: cutting_energy of chip.h.
+// Returns the wrench of the resistance that is paid in a tick (see path_mean.h). `u` is the result
+// of cutting_energy() (chip.h).
 Wrench energy_wrench(const ForceLaw& law, const PathMean::Resistance& paid, double u,
                      const TickMotion& tick, double pitch_mm);
-// Wrench of the thrust if the cutting force is `force`. It acts at the centre of the paid volume.
+// Returns the wrench of the thrust for the cutting force `force`. The thrust acts at the centre of
+// the paid volume.
 Wrench thrust_wrench(const ForceLaw& law, const ChipMoments& paid, const Chip& chip,
                      const Vec3& force, const TickMotion& tick, double pitch_mm);
 

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
-// Simulates a hand on a device. It moves the virtual device, and tests of stability use it.
+// Simulates a hand that holds a device. Virtual devices and game controllers use it, and tests of
+// stability.
 //
 //   target ──/\/\/\──┬── [hand + device mass] ── device's own damping
 //            ──▭──   ┘            ▲ force from the program
 //
-// The hand follows a target through a spring and a damper (its grip). The device has its own mass
-// and damping. The motion is integrated in 20 steps per tick, implicitly in springs and dampers, so
-// any grip is stable.
+// The hand follows a target through a spring and a damper (the grip). The device has its own mass
+// and damping. Each tick integrates the motion in 20 steps. The steps are implicit in springs and
+// dampers, so every grip is stable.
 #pragma once
 
 #include <algorithm>
@@ -18,7 +19,7 @@ namespace kibori {
 
 struct HandSettings {
   double hand_mass_kg = 0.1;
-  double grip_n_mm = 0.5;  // spring between target and device
+  double grip_n_mm = 0.5;  // stiffness of the spring between target and device
   double grip_damping_ns_mm = 0.005;
   double device_mass_kg = 0.1;
   double device_damping_ns_mm = 0.001;
@@ -28,8 +29,8 @@ class SimulatedHand {
  public:
   SimulatedHand(const HandSettings& settings, const Vec3& at_mm) : s_(settings), position_(at_mm) {}
 
-  // Advances by dt under a constant force from the program. The target moves at the given velocity
-  // and is at target_mm at the end of the step.
+  // Advances by dt_s under a constant force from the program. During this time, the target moves at
+  // the given velocity. At the end, it is at target_mm.
   void step(const Vec3& force_n, const Vec3& target_mm, const Vec3& target_velocity_mm_s,
             double dt_s) {
     constexpr int kSteps = 20;
@@ -54,8 +55,8 @@ class SimulatedHand {
 
   const Vec3& position_mm() const { return position_; }
   const Vec3& velocity_mm_s() const { return velocity_; }
-  // Work of the grip on the device so far, and its minimum [mJ]. Below 0, device and program
-  // together produced energy.
+  // Return the work of the grip on the device so far, and the minimum of this work [mJ]. If it is
+  // below 0, device and program together produced energy.
   double work_mj() const { return work_mj_; }
   double min_work_mj() const { return min_work_mj_; }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Histogram of durations. Each octave (factor of two) has 32 equal bins, so a quantile is at most
-// 3.2 % too high. It allocates no memory, and adding a value takes a few instructions.
+// Counts durations in bins. Each octave (factor of two) has 32 equal bins. Therefore, a quantile is
+// at most 3.2 % too high. A histogram allocates no memory. Adding a value takes a few instructions.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@ namespace kibori {
 
 class Histogram {
  public:
-  // Adds a duration [ns]; a negative one counts as 0.
+  // Adds a duration [ns]. A negative duration counts as 0.
   void add(int64_t ns) {
     const auto value = static_cast<uint64_t>(ns < 0 ? 0 : ns);
     bins_[bin_of(value)]++;
@@ -21,7 +21,8 @@ class Histogram {
   }
   uint64_t count() const { return count_; }
   uint64_t max_ns() const { return max_; }
-  // Upper end [ns] of the bin that contains the quantile `share`, 0 ... 1. Returns 0 if empty.
+  // Returns the upper end of the bin that contains the quantile `share` (0 ... 1) [ns]. Returns 0
+  // if the histogram is empty.
   uint64_t quantile_ns(double share) const {
     const auto wanted = static_cast<uint64_t>(share * static_cast<double>(count_));
     uint64_t seen = 0;
@@ -40,7 +41,7 @@ class Histogram {
 
  private:
   static constexpr uint64_t kParts = 32;
-  // Each value below kParts has its own bin. Above, each octave has kParts bins.
+  // Each value below kParts has its own bin. Larger values: each octave has kParts bins.
   static size_t bin_of(uint64_t value) {
     if (value < kParts) return static_cast<size_t>(value);
     // value >> octave is in [32, 64).

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Counts the energy that hand and program exchange. Optionally adds damping, up to a limit, to
-// remove energy that the program generates (Hannaford and Ryu 2002).
+// Counts the energy that the hand and the program exchange. The observer can also add damping, up
+// to a limit, to remove energy that the program generates (Hannaford and Ryu 2002).
 #pragma once
 
 #include <algorithm>
@@ -12,12 +12,13 @@ namespace kibori {
 
 class PassivityObserver {
  public:
-  // cap_ns_mm: maximum damping that the observer may add; 0: it only counts. For check_stability,
-  // include this maximum in Rendering::viscosity_ns_mm.
+  // cap_ns_mm: maximum damping that the observer adds; 0: it only counts. check_stability needs
+  // this maximum as a part of Rendering::viscosity_ns_mm.
   explicit PassivityObserver(double cap_ns_mm = 0) : cap_ns_mm_(cap_ns_mm) {}
 
   // Call this after the device moved to `position_mm` under the force of the last tick. Returns
-  // `wanted_n` plus the force of the added damping. Then call given() with the actual output.
+  // `wanted_n` plus the force of the damping. Then call given() with the force that the device
+  // outputs.
   Vec3 tick(const Vec3& position_mm, const Vec3& wanted_n, double tick_s) {
     const Vec3 moved = started_ ? Vec3(position_mm - last_position_) : Vec3(Vec3::Zero());
     energy_mj_ -= given_.dot(moved);
@@ -32,8 +33,8 @@ class PassivityObserver {
   }
   void given(const Vec3& force_n) { given_ = force_n; }
 
-  // Energy that the hand put in minus energy that it got back [N mm = mJ]. Below 0, the program
-  // generated energy.
+  // Returns the energy that the hand put in, minus the energy that it got back [N mm = mJ]. If the
+  // result is below 0, the program generated energy.
   double energy_mj() const { return energy_mj_; }
   double min_mj() const { return min_mj_; }
 

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
-// The last stage before a device. It limits every output, regardless of how the input was computed.
+// The last stage before a device. It limits every output, for any input.
 //
 //        arm()          wanted force small         1 s
 //   off ──────▶ waiting ──────────────────▶ ramp up ─────▶ full
 //    ▲             command older than 2 ms: fades to 0 within 5 ms, ramps up again when it is fresh
-//    └── latched: older than 20 ms, too fast, device error, unplugged, not finite: 0 at once
+//    └── trip: command older than 20 ms, too fast, device error, unplugged, not finite: 0 at once
 //
-// The stage is off until it is armed. After a trip it is off again and keeps the reason.
+// A command is the newest computed wrench. The stage is off until it is armed. A trip switches it
+// off again, and the stage keeps the reason.
+//
 #pragma once
 
 #include <cstdint>
@@ -18,10 +20,10 @@
 namespace kibori {
 
 inline constexpr double kRampUpS = 1.0;    // from 0 to full force
-inline constexpr double kStaleS = 0.002;   // the force of an older command fades
-inline constexpr double kFadeS = 0.005;    // a stale command's force reaches 0 within this time
-inline constexpr double kDeadS = 0.020;    // an older command switches the device off
-inline constexpr double kArmShare = 0.05;  // "small" force, as a share of the device's limits
+inline constexpr double kStaleS = 0.002;   // the force of a command older than this fades
+inline constexpr double kFadeS = 0.005;    // time in which this force fades from full to 0
+inline constexpr double kDeadS = 0.020;    // a command older than this trips the stage
+inline constexpr double kArmShare = 0.05;  // limit of a "small" force, as a share of the maximum
 
 enum class Trip : uint8_t {
   none,
@@ -31,7 +33,7 @@ enum class Trip : uint8_t {
   device_unplugged,
   not_finite
 };
-// One sentence for the user.
+// Returns one sentence for the user.
 std::string trip_text(Trip trip);
 
 struct SafetyInput {
@@ -47,12 +49,12 @@ class SafetyStage {
 
   SafetyStage(const DeviceCapabilities& limits, double tick_s);
 
-  // Requests forces; clears the last trip.
+  // Permits forces, and clears the last trip.
   void arm();
-  // Sets the output to 0 at once, without a reason.
+  // Sets the output to 0 at once, without a trip.
   void disarm();
-  // Runs one tick and returns the output, which is within the device's force, moment and rate
-  // limits. The rate limit never delays a decrease. Does not allocate or fail.
+  // Runs one tick and returns the output. It is within the device's limits of force, moment and
+  // their rates. The rate limit never delays a decrease. Does not allocate or fail.
   Wrench pass(const SafetyInput& input);
 
   State state() const { return state_; }
@@ -69,14 +71,14 @@ class SafetyStage {
   Wrench last_;
 };
 
-// Properties of the force that a device renders, for check_stability.
+// Properties of the force that a device outputs, for check_stability.
 struct Rendering {
   double stiffness_n_mm = 0;   // k of the spring of model `series`
   double viscosity_ns_mm = 0;  // B: sum of all rendered damping
   double tick_s = 0.001;       // T: period of the servo loop
 };
-// Returns Ok if k T/2 + |B| is within the device's own damping (Colgate and Schenkel 1997).
-// Otherwise returns one sentence that says what to change, and to what value.
+// Returns Ok if k T/2 + |B| is at most the device's own damping (Colgate and Schenkel 1997).
+// Otherwise, returns an error sentence. It names the setting to change, and a suitable value.
 Status check_stability(const Rendering& rendering, const DeviceCapabilities& device);
 
 }  // namespace kibori

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Clock of the servo loop: wakes at every period of an absolute clock and keeps statistics. It
-// sleeps between ticks and never spins, because the system throttles a busy real-time thread.
+// The clock of the servo loop. It wakes a thread in every period of an absolute clock, and keeps
+// statistics. Between ticks, the thread sleeps. It does not poll the time, because the system
+// throttles a real-time thread that never sleeps.
 #pragma once
 
 #include <cstdint>
@@ -11,29 +12,29 @@
 namespace kibori {
 
 struct ServoStatistics {
-  Histogram period_ns;   // from tick to tick
-  Histogram compute_ns;  // work of a tick
+  Histogram period_ns;   // time from the start of a tick to the start of the next
+  Histogram compute_ns;  // duration of a tick's work
   Histogram late_ns;     // start of a tick minus its due time
   uint64_t ticks = 0;
   uint64_t missed = 0;  // periods in which no tick began
   double seconds = 0;
 };
 
-// Requests SCHED_FIFO and locked memory for the calling thread. Returns one sentence that says what
+// Requests SCHED_FIFO and locked memory for the calling thread. Returns a text for the user: what
 // the system permitted.
 std::string enter_real_time();
 
-// Time between ticks [ns]. The rate must be 1 ... 4000 Hz.
+// Returns the time between ticks [ns]. The rate must be 1 ... 4000 Hz.
 int64_t period_of(double rate_hz);
 
-// Clock of one thread. Usage: while (...) { clock.wait(); ...tick...; clock.done(); }
+// The clock of one thread. Usage: while (...) { clock.wait(); ...tick...; clock.done(); }
 class ServoClock {
  public:
   explicit ServoClock(double rate_hz);
-  // Sleeps until the next tick is due. Skips ticks that it has missed. Returns the seconds since
-  // the last tick began (0 the first time).
+  // Sleeps until the next tick is due. Skips ticks that are already over. Returns the time since
+  // the last tick began [s], or 0 at the first call.
   double wait();
-  // Call this when the work of the tick is done.
+  // Call this at the end of a tick's work.
   void done();
   const ServoStatistics& statistics() const { return statistics_; }
 

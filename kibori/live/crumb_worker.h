@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-// The thread that searches for pieces that a stroke cut off. The servo never waits for it.
+// The thread that searches for crumbs: pieces that a stroke severed. The servo thread never waits
+// for it.
 //
 //   servo:   begin(stroke that ended) ──► take_crumbs, on a separate model ──► take(done)
 //
-// It handles one stroke at a time. Until the servo has taken the result, its tool changes no
-// material and only produces forces.
+// The worker handles one stroke at a time. Until the servo thread has taken the result, no tool
+// changes the model. Tools that cut only produce forces.
 #pragma once
 
 #include <atomic>
@@ -20,13 +21,13 @@ class CrumbWorker {
  public:
   struct Stroke {
     Snapshot before, after;
-    LatticeBox bounds;  // of the material
+    LatticeBox bounds;  // bounds of the material after the stroke
     double removed_mm3 = 0;
     Crumbs rule = Crumbs::sort;
-    std::shared_ptr<const NoGo> no_go;  // pieces that contain a part of this region stay
+    std::shared_ptr<const NoGo> no_go;  // pieces that contain a part of it stay
   };
   struct Done {
-    Stroke stroke;         // `after` and `bounds` exclude the crumbs
+    Stroke stroke;         // without the crumbs in `after` and `bounds`
     bool changed = false;  // true if there were crumbs
     CrumbResult crumbs;
   };
@@ -35,13 +36,13 @@ class CrumbWorker {
   ~CrumbWorker();
   CrumbWorker(const CrumbWorker&) = delete;
 
-  // For the servo's thread. Only wait() waits; none of these locks or allocates. Call begin() only
-  // while idle.
+  // These functions are for the servo thread. Except wait(), none of them waits, locks or
+  // allocates. Call begin() only if idle() is true.
   void begin(Stroke stroke);
   bool idle() const { return idle_; }
-  // Moves the result to `done` if it exists. Then the worker is idle.
+  // If there is a result, moves it to `done` and returns true. Then the worker is idle.
   bool take(Done& done);
-  // Waits until the result of a pending stroke exists. For a caller that runs the ticks itself
+  // Waits for the result of the current stroke. For callers that run the ticks themselves
   // (LiveCarving::tick).
   void wait() const;
 
@@ -50,7 +51,7 @@ class CrumbWorker {
   void run();
 
   bool idle_ = true;  // for the servo's thread
-  // Shared by both threads.
+  // Members that both threads use.
   SmallQueue<Stroke, 2> strokes_;
   SmallQueue<Done, 2> done_;
   std::atomic<int> signals_{0}, answers_{0};

@@ -1,25 +1,26 @@
 // SPDX-License-Identifier: MIT
-// The thread that computes reshaping strokes, because they are too slow for a tick. The servo never
-// waits for it.
+// The thread that computes reshaping strokes, because they are too slow for a tick. A dab is one
+// change of the surface within a brush. The servo thread never waits for the worker.
 //
 //   servo:   begin(stroke), move(pose) ──► ReshapeStroke, on a separate model ──► take(done)
 //
-// Results arrive in the order of the moves. Each contains the state of the model after the move.
-// The servo restores that state between two ticks, as an undo does. Moves before the first one that
-// changes anything do not belong to the stroke and have no result.
+// The results are in the order of the moves. A result contains the state of the model after the
+// move. The servo thread restores this state between two ticks, as for an undo. A stroke begins
+// with the first move that changes the model. Earlier moves have no result.
 //
-// Dabs follow the whole path, even if they are late. The queue is bounded, and no path is lost:
+// Dabs follow the whole path, even if the worker is late. The queue is bounded, but no path is
+// lost:
 //
-//   less than half full   every pose is a move of its own
-//   half full             crowded(): a hand that can wait does so (Device::can_wait). For any other
-//                         hand, poses on a straight motion are merged (PoseMerger).
+//   less than half full   every pose is a move
+//   half full             crowded() returns true. A hand that can wait does so (Device::can_wait).
+//                         For other hands, poses on a straight line are merged (PoseMerger).
 //   full                  move() returns false, and the stroke ends at the last accepted pose
 //
-// A warp is a function of the last pose alone. If several moves wait, it is computed for the newest
-// of them, and a crowded queue keeps only the newest pose.
+// A warp depends only on the last pose. If several moves wait, the worker computes the warp only
+// for the newest one. If the queue is crowded, only the newest pose is kept.
 //
 // Dabs also use threads of TBB's pool, which have normal priority. spare_threads() leaves one
-// processor for the servo, and one for drawing.
+// processor for the servo thread, and one for drawing.
 #pragma once
 
 #include <atomic>
@@ -42,67 +43,69 @@ class DabWorker {
   struct Stroke {
     ReshapeSettings settings;
     std::shared_ptr<const std::vector<Material>> materials;
-    Pose start;           // of the tool
-    Snapshot state;       // of the model at the start of the stroke
-    LatticeBox bounds;    // of its material
+    Pose start;           // pose of the tool
+    Snapshot state;       // state of the model at the start of the stroke
+    LatticeBox bounds;    // bounds of the material at the start of the stroke
     uint64_t number = 0;  // begin() sets it
   };
-  // The result of one move of a stroke.
+  // The result of one move.
   struct Done {
     uint64_t stroke = 0;
-    Pose before;                // of the tool
-    ToolTick result;            // with the pose after the move
-    bool ends = false;          // result of ReshapeStroke::end
+    Pose before;                // pose of the tool before the move
+    ToolTick result;            // result of the tick; its pose is that after the move
+    bool ends = false;          // true for the result of ReshapeStroke::end
     double work_per_mm = 0;     // see held_force
-    double stiffness_n_mm = 0;  // of a warp: see MaxwellForce
-    double pending_mm3 = 0;     // clay for which a press found no room, at its end
-    bool failed = false;        // the move could not be computed: the stroke ends before it
-    bool changed = false;       // true: the move changed the model; `state` and `bounds` are set
+    double stiffness_n_mm = 0;  // for warps: see MaxwellForce
+    double pending_mm3 = 0;     // at the end of a press: clay that found no room
+    bool failed = false;        // true if the move could not be computed; the stroke ends before it
+    bool changed = false;       // true if the model changed; then `state` and `bounds` are set
     Snapshot state;
     LatticeBox bounds;
   };
 
-  // `threads`: number of threads for dabs. It does not change the result. `after_change`: for tests
-  // of a slow machine; the worker's thread calls it after each move that changed its model.
+  // `threads` is the number of threads for dabs. It does not change the results. `after_change` is
+  // for tests of slow machines. The worker's thread calls it after each move that changed the
+  // model.
   explicit DabWorker(std::function<void()> after_change = {}, int threads = spare_threads());
   ~DabWorker();
   DabWorker(const DabWorker&) = delete;
 
-  // Size of the queue: 8 s of a hand at 1 kHz, 1 MB. The second half is for merged motions.
+  // Size of the queue: 8 s of a hand at 1 kHz, 1 MB. The second half is for merged poses.
   static constexpr size_t kMaxMoves = 8192;
-  // Max number of results that wait to be taken.
+  // Maximum number of results that are not taken yet.
   static constexpr size_t kMaxDone = 64;
-  // Tolerance of merged motions [cells].
+  // Tolerance for merged poses [cells].
   static constexpr double kMergeTolerance = 0.05;
 
-  // The machine's processors minus two, from 1 to 4.
+  // Returns the number of processors minus two, from 1 to 4.
   static int spare_threads();
 
-  // For the servo's thread. None of these waits, locks or allocates. begin() returns false while
-  // kMaxStrokes are waiting.
+  // The next functions are for the servo thread. None of them waits, locks or allocates. begin()
+  // starts a stroke. It returns false if kMaxStrokes strokes are waiting.
   bool begin(Stroke stroke);
-  // The tool moved to `pose`, with this pressure of a pen. Returns false if there is no room for it,
-  // not even merged.
+  // Sends the worker a move of the tool to `pose`. `pressure` is that of a pen. Returns false if
+  // the queue has no room, even for a merged pose.
   bool move(const Pose& pose, double pressure = 1);
-  // Sends the merged poses to the worker. Call it before the end of a stroke until it returns true.
-  // Returns false if there is no room.
+  // Sends the merged poses to the worker. Returns false if there is no room. Before the end of a
+  // stroke, call it until it returns true.
   bool flush();
-  // The stroke ends at its last pose (ReshapeStroke::end). Returns false if there is no room yet.
+  // Ends the stroke at its last pose (ReshapeStroke::end). Returns false if there is no room yet.
   bool end();
-  // True if more than half of the queue is in use, or if begin() would return false.
+  // Returns true if at least half of the queue is in use, or if begin() would return false.
   bool crowded() const;
-  // The number of moves that the worker has not processed. A merged motion counts as one.
+  // Returns the number of moves that the worker has not processed. Merged poses count as one move.
   size_t pending() const;
-  // Moves the next result to `done` if there is one.
+  // If there is a result, moves the next one to `done` and returns true.
   bool take(Done& done);
-  // Discards all strokes so far, with the results that were not taken.
+  // Discards all strokes so far, with the results that are not taken yet.
   void drop();
-  // True if no more results will come.
+  // Returns true if all moves are processed. Then take() returns the last results.
   bool settled() const;
 
  private:
   static constexpr size_t kMaxStrokes = 4;
-  // Memory of dabs that is kept after a stroke [bytes]. It is enough for brushes of about 80 cells.
+  // Maximum memory of dabs that is kept after a stroke [bytes]. It is enough for brushes of about
+  // 80 cells.
   static constexpr size_t kMaxKeptBytes = 256 << 20;
   struct Move {
     uint64_t stroke = 0;
@@ -121,7 +124,7 @@ class DabWorker {
   bool is_dropped(uint64_t stroke) const {
     return stroke <= dropped_.load(std::memory_order_acquire);
   }
-  // A separate model for one stroke. While it exists, it keeps old tiles in memory.
+  // The worker's model for one stroke. While it exists, it keeps old tiles in memory.
   struct Bench {
     Bench(const Stroke& stroke, int threads, std::shared_ptr<DabMemory> memory)
         : model(stroke.state, stroke.bounds), reshape(model, std::move(memory)) {
@@ -133,14 +136,14 @@ class DabWorker {
 
   const std::function<void()> after_change_;
   const int threads_;
-  // For the servo's thread.
+  // Members for the servo thread.
   uint64_t number_ = 0, moves_ = 0;
   Pose sent_;                 // the last pose in the queue
-  double sent_pressure_ = 1;  // with it
+  double sent_pressure_ = 1;  // pressure with sent_
   PoseMerger merged_;
-  bool keeps_newest_ = false;  // the stroke is a warp
+  bool keeps_newest_ = false;  // true if the stroke is a warp
   double merge_tolerance_mm_ = 0, merge_reach_mm_ = 0;
-  // Shared by both threads.
+  // Members that both threads use.
   SmallQueue<Stroke, kMaxStrokes> strokes_;
   SmallQueue<Move, kMaxMoves> waiting_;
   SmallQueue<Done, kMaxDone> done_;
@@ -148,9 +151,9 @@ class DabWorker {
   std::atomic<uint64_t> answered_{0};  // number of moves that the worker has processed
   std::atomic<int> signals_{0};
   std::atomic<bool> stopping_{false};
-  // For the worker's thread.
+  // Members for the worker's thread.
   std::shared_ptr<DabMemory> memory_ = std::make_shared<DabMemory>();
-  std::unique_ptr<Bench> bench_;  // of the current stroke
+  std::unique_ptr<Bench> bench_;  // model of the current stroke
   Stroke stroke_;
   Pose last_;
   bool changed_ = false;

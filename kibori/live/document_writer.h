@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Two threads that write a hand's strokes into a document during carving, and that undo and redo.
+// Two threads that write the strokes of a session into a document. They also execute requests:
+// undo, redo and actions on bodies. A fence is an event in the stroke log that marks a request.
 //
-//   hand:    tick, tick, end ──► log ──► Document ──► file
-//   caller:  undo() ──► fence between two ticks ──► log: everything before it is written
-//            state of the step before ──► restored between two ticks ──► log: the document moves
+//   hand:    tick, tick, end ──► stroke log ──► Document ──► file
+//   caller:  undo() ──► fence in the stroke log ──► everything before the fence is written
+//            ──► state of the step before ──► restored between two ticks ──► document moves to it
 #pragma once
 
 #include <atomic>
@@ -21,65 +22,68 @@
 
 namespace kibori {
 
-// Converts a document's body for ServoContext::set_body. Errors: see no_go_of.
+// Returns the body of a document as ServoContext::set_body needs it. `id` must exist. Errors: those
+// of no_go_of.
 Result<WorkedBody> worked_body(const BodyList& bodies, BodyId id);
 
 class DocumentWriter {
  public:
-  // `live` must log (LiveSettings::log) and be in the state of the document's head. It must outlive
-  // the document writer. Construct this before live.start(), because it reads the model. `forces`:
-  // also store the forces of every tick.
+  // `live` must log (LiveSettings::log), be in the state of the document's head, and outlive this
+  // object. Create this object before live.start(), because it reads the model. If `forces` is
+  // true, the forces of every tick are stored, too.
   DocumentWriter(LiveCarving& live, std::unique_ptr<Document> document, bool forces = false);
   ~DocumentWriter() { stop(); }
 
-  // One thread writes every 20 ms (every 1 ms during a request). Another thread empties the log, so
-  // that nothing is lost during a long write. stop() writes the rest; call LiveCarving::stop()
-  // first. start(), stop() and write() are for the owner's thread.
+  // start() starts two threads. The writer writes every 20 ms (every 1 ms during a request). The
+  // reader empties the log, so that nothing is lost during a long write. stop() writes the rest.
+  // Call LiveCarving::stop() before it. start(), stop() and write() are for the owner's thread.
   void start();
   void stop();
-  // For an owner without these threads: writes everything that is available.
+  // Writes everything that is available. For an owner that does not call start().
   void write();
 
-  // History. The current stroke is finished first. notice() reports what failed. Any thread.
-  // (LiveCarving::cancel_stroke() discards a stroke.)
+  // Requests. The current stroke ends before them. notice() returns the error of a request. Any
+  // thread. (LiveCarving::cancel_stroke() discards a stroke.)
   void undo() { ask(Kind::undo, 0); }
   void redo() { ask(Kind::redo, 0); }
   void go(StepId step) { ask(Kind::go, step); }
-  // Applies an action on bodies, as a step (Document::act).
+  // Applies an action on bodies as a step (Document::act).
   void act(const BodyAction& action) { ask(Kind::act, 0, action); }
-  // Calls Document::revise for `step`, which is on the path to `head`.
+  // Calls Document::revise for `step`. It must be on the path to `head`, to which the document
+  // moves first.
   void revise(StepId step, StepId head, const BodyAction& action) {
     ask(Kind::revise, step, action, head);
   }
-  // Later strokes act on this body.
+  // Selects the body for later strokes.
   void choose(BodyId body) { ask(Kind::choose, static_cast<StepId>(body)); }
-  // True if all requests are done. Any thread.
+  // Returns true if all requests are done. Any thread.
   bool idle() const { return request_count_.load() == answered_.load(); }
 
-  // Calls f between two writes, on the document writer's thread. For versions, copies, or another
-  // file. Any thread.
+  // Calls f between two writes, on the writer's thread. For example, f adds a version or copies the
+  // document. Any thread.
   void with(std::function<void(Document&)> f);
 
-  // The reason why the file has only the beginning of the session: a full disk, or a stroke log
-  // that overflowed. Empty if the file is complete. In both cases the session continues. After a
-  // full disk, the document has everything in memory; after an overflow, strokes are lost. Any
-  // thread.
+  // Returns the reason why the file does not contain the whole session. Empty if it does. If the
+  // disk is full, the document has everything in memory. If the stroke log overflowed, later
+  // strokes are lost. In both cases, the session continues. Any thread.
   std::string write_error() const;
-  // The reason why the last request failed; empty if none did. Reading clears it. Any thread.
+  // Returns the reason why the last failed request failed, and clears it. Empty if there is none.
+  // Any thread.
   std::string notice();
-  // Call after stop(). If the file has only the beginning, saves the document elsewhere. Returns
-  // the reason and the new place as a sentence; empty if the file is complete.
+  // Call this after stop(). If the file does not contain the whole session, saves the document
+  // elsewhere. Then returns the reason and the new place for the user. Otherwise, returns an empty
+  // text.
   std::string settled();
-  // Only while no thread runs.
+  // Call this only while no thread runs.
   Document& document() { return *document_; }
 
  private:
   enum class Kind { undo, redo, go, act, revise, choose };
   struct Request {
     Kind kind;
-    StepId step;  // or body
+    StepId step;  // the step, or the body for `choose`
     BodyAction action;
-    StepId head;  // of revise
+    StepId head;  // for `revise`
   };
   using Command = std::function<void(ServoContext&)>;
 
@@ -92,7 +96,7 @@ class DocumentWriter {
   void ask(Kind kind, StepId step, const BodyAction& action = {}, StepId head = 0);
   void read();
   Status take(const Item& item);
-  // At the fence: finds the target step, and the state to restore.
+  // At the fence: finds the target step of the request.
   Result<StepId> resolve();
   Status resolve_request();
   void done(const Status& how);
@@ -105,13 +109,13 @@ class DocumentWriter {
   std::thread reader_, writer_;
   std::atomic<bool> stopping_{false};
   std::atomic<uint64_t> request_count_{0}, answered_{0};
-  // For the writer's thread.
-  Snapshot of_model_;               // gives access to the model's pools, to refill them
+  // Members for the writer's thread.
+  Snapshot of_model_;               // gives access to the model's pools, which write() refills
   std::optional<Request> request_;  // the current request
-  Command waiting_;                 // waits for a place in the command queue of `live_`
+  Command waiting_;                 // command that waits for room in the command queue of live_
   std::shared_ptr<Document::Checkout> to_;
   std::deque<Item> unwritten_;
-  std::mutex reading_;  // only one thread may read the log at a time
+  std::mutex reading_;  // only one thread at a time may read the log
   std::condition_variable request_arrived_;
   mutable std::mutex mutex_;  // guards the members below
   std::deque<Item> items_;

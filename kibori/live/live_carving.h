@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
-// Carving by hand. One tick runs device, tool, model and safety stage. This class also owns the
-// thread that runs the ticks.
+// Carving by hand. A tick (one period of the servo loop) runs device, tool, model and safety stage.
+// A LiveCarving also owns the thread that runs the ticks.
 //
 //   servo thread:   read ─► workspace ─► spring tool (cut) ─► passivity ─► safety ─► write
 //                                              │
 //   other threads:  post(command) ─► between ticks ─► snapshot ─► latest()
 //
-// The servo thread owns the model and everything in ServoContext. A tick does not allocate, lock,
-// throw or cause page faults. Commands run between ticks and are freed on another thread.
+// The servo thread owns the model and everything else in ServoContext. A tick does not allocate
+// (except with a mesh as the tool), lock, throw or cause page faults. Commands run between ticks.
+// Other threads free them.
 #pragma once
 
 #include <atomic>
@@ -27,41 +28,42 @@ namespace kibori {
 
 class LiveCarving {
  public:
-  // `second` is the device of a second hand (LiveSettings::second); null if there is none. Errors:
-  // an invalid rate, tool or stiffness, or a rendering that exceeds the device's damping.
+  // `second` is the device of a second hand (LiveSettings::second), or null. Errors: the rate, the
+  // symmetry, the brush, the materials, a tool or a spring is invalid; the second hand has a mode
+  // that reshapes; the force needs more damping than a device has.
   static Result<std::unique_ptr<LiveCarving>> make(std::unique_ptr<TriDexel> model,
                                                    std::unique_ptr<Device> device,
                                                    const LiveSettings& settings,
                                                    std::unique_ptr<Device> second = nullptr);
   ~LiveCarving();
 
-  // start() starts the servo thread, which owns the model until stop(). It arms the safety stage if
-  // LiveSettings::armed. While it runs, other threads may only call post(), latest(), next_tick()
-  // and cancel_stroke(), and one thread reads log().
+  // start() starts the servo thread, which owns the model until stop(). If LiveSettings::armed is
+  // true, the thread arms the safety stages. While it runs, other threads may call only post(),
+  // post_within_stroke(), latest(), next_tick() and cancel_stroke(). One thread may read log().
   void start();
   void stop();
-  // Runs one tick, `elapsed_s` after the last, on the caller's thread. It waits for the crumb
-  // worker. Therefore, the result does not depend on the speed of the calls. A call while the servo
-  // thread runs is a programming error and stops the program.
+  // Runs one tick on the caller's thread, `elapsed_s` after the last tick. Then waits for the crumb
+  // worker. Therefore, the result does not depend on the speed of the calls. While the servo thread
+  // runs, a call stops the program.
   LiveTick tick(double elapsed_s);
-  // The same, but like the servo thread it does not wait. For a caller with its own real-time loop.
+  // Like tick(), but does not wait. For callers with a real-time loop.
   LiveTick tick_at_once(double elapsed_s);
 
-  // Runs `command` between two ticks, on the servo thread. Returns false if 64 commands are
-  // waiting. Pending dabs finish first, and the current stroke ends. Any thread.
+  // Runs `command` between two ticks, on the servo thread. Before that, pending dabs finish, and
+  // the current stroke ends. Returns false if 64 commands are waiting. Any thread.
   bool post(std::function<void(ServoContext&)> command) { return post(std::move(command), true); }
-  // The same, but the stroke continues. For the second hand when it starts or stops in the middle
-  // of a stroke.
+  // Like post(), but the current stroke continues. Use it for the second hand, which may start or
+  // stop in the middle of a stroke.
   bool post_within_stroke(std::function<void(ServoContext&)> command) {
     return post(std::move(command), false);
   }
-  // Returns true and the newest snapshot if it was not taken yet. Always call it from the same
-  // thread.
+  // If there is a snapshot that was not taken yet, writes it to `snapshot` and returns true. All
+  // calls must come from one thread.
   bool latest(Snapshot& snapshot) {
     BodyId body = 0;
     return latest(snapshot, body);
   }
-  // Also returns the body of the snapshot.
+  // Like above, and writes the body of the snapshot to `body`.
   bool latest(Snapshot& snapshot, BodyId& body) {
     Seen seen;
     if (!snapshots_.take(seen)) return false;
@@ -70,25 +72,26 @@ class LiveCarving {
     return true;
   }
 
-  // Returns every tick in order, if LiveSettings::watched. A reader that is more than two seconds
-  // late loses ticks. Always call it from the same thread.
+  // Returns the ticks in order, if LiveSettings::watched is true. Returns false if there is no new
+  // tick. A reader that is more than 8192 ticks late loses ticks. All calls must come from one
+  // thread.
   bool next_tick(LiveTick& tick) { return context_.watched_ && context_.watched_->pop(tick); }
 
-  // The data of the servo thread, before start() and after stop(). A call while the thread runs
-  // stops the program; commands get the context instead.
+  // Returns the data of the servo thread, before start() and after stop(). While the thread runs, a
+  // call stops the program. Commands receive the context instead.
   ServoContext& context();
 
-  // Discards the current stroke at the next tick, if strokes are logged. `then` runs in the same
-  // tick, before the hand moves on and before waiting commands. Returns false if 64 calls are
+  // Discards the current stroke at the next tick, if strokes are logged. Then `then` runs in the
+  // same tick, before the hand moves and before waiting commands. Returns false if 64 calls are
   // waiting. Any thread.
   bool cancel_stroke(std::function<void(ServoContext&)> then = {});
 
-  // The log of strokes. A stroke begins when the tool first cuts or fills. It ends when the tool
-  // has not done so for LiveSettings::idle_s, when it jumps, or when a command arrives. Only one
-  // thread reads it: the DocumentWriter's.
+  // The log of strokes. A stroke begins with the first edit. It ends when there was no edit for
+  // LiveSettings::idle_s, when the hand jumps, or when a command ends it. Only the DocumentWriter
+  // reads the log.
   StrokeLog& log() { return context_.log_; }
 
-  // Results of the last run. Call these only when context() may be called.
+  // Results of the last run. Call them only if context() may be called.
   const ServoStatistics& statistics() const;
   const std::string& scheduling() const;
   const LiveTotals& totals() const;
@@ -108,14 +111,14 @@ class LiveCarving {
   void run_cancels();
   void run_command();
 
-  ServoContext context_;  // the servo thread's while it runs
+  ServoContext context_;  // belongs to the servo thread while it runs
   uint64_t ticks_ = 0, published_ = 0;
   struct Seen {
     Snapshot model;
     BodyId body = 1;
   };
   LatestValue<Seen> snapshots_;
-  std::mutex posting_;  // for callers of post() and cancel_stroke()
+  std::mutex posting_;  // guards the callers of post() and cancel_stroke()
   SmallQueue<Command*> commands_, cancels_;
   SmallQueue<Command*, 128> finished_;
 

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
-// Merges poses of a path into one straight motion. Corners of the path are kept.
+// Merges poses of a path into one straight motion. Corners of the path stay.
 //
-//   ●──●───●──●──────●      one motion: every pose is within the tolerance, in the same order
+//   ●──●───●──●──────●      one motion: all poses are within the tolerance, in the same order
 //                     ╲
-//                      ●    add() returns false: the motion must end at the corner before
+//                      ●    add() returns false: the motion must end at the pose before
 //
-// The pressure of a pen must change evenly along the motion, too, within kPressureTolerance.
+// The pressure of a pen must also change evenly along the motion, within kPressureTolerance.
 //
-// It keeps the merged poses, because every new pose changes the motion. It allocates nothing.
+// A PoseMerger keeps all merged poses, because every new pose changes the motion. It does not
+// allocate.
 #pragma once
 
 #include <array>
@@ -19,15 +20,15 @@ namespace kibori {
 
 class PoseMerger {
  public:
-  // Starts a motion at `from`. A turn counts as the path of a point `reach_mm` from the tip. With a
-  // reach of 0 only the tip's path counts.
+  // Starts a motion at `from`. A turn counts as the path of a point with the distance `reach_mm`
+  // from the tip. If reach_mm is 0, only the path of the tip counts.
   void begin(const Pose& from, double tolerance_mm, double reach_mm, double pressure = 1);
-  // Makes `pose` the motion's end. Returns false and changes nothing if the motion would leave the
-  // tolerance, or if kMaxPoses are merged.
+  // Makes `pose` the end of the motion. Returns false and changes nothing if a merged pose would be
+  // outside the tolerance, or if kMaxPoses are merged.
   bool add(const Pose& pose, double pressure = 1);
-  // True if the motion has no end yet.
+  // Returns true if the motion has no end yet.
   bool empty() const { return count_ == 0; }
-  // The motion's end. There must be one.
+  // Return the end of the motion. Precondition: not empty().
   const Pose& end() const { return poses_[count_ - 1]; }
   double end_pressure() const { return pressures_[count_ - 1]; }
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The data of the servo thread (model, one or two hands, current stroke), and the operations that a
-// command may call between two ticks. LiveCarving passes a reference to posted commands, and to its
-// owner while no thread runs. So code that has a reference may call everything here.
+// The data of the servo thread (model, one or two hands, current stroke), and the functions that a
+// command may call between two ticks. LiveCarving passes a reference to posted commands. While no
+// thread runs, LiveCarving also gives the reference to its owner. Code with a reference may call
+// all public functions.
 #pragma once
 
 #include <functional>
@@ -21,117 +22,120 @@ namespace kibori {
 // Settings of the first hand and of the session.
 struct LiveSettings : ServoHandSettings {
   double rate_hz = 1000;  // 100 ... 4000
-  Brush brush;            // for a mode that reshapes
+  Brush brush;            // for modes that reshape
   std::vector<Material> materials{Material{}};
   Symmetry symmetry;
   ForceModel model = ForceModel::series;
-  ServoHandSettings second;      // for a second hand; its mode is cut, deposit, touch or off
-  int snapshot_ticks = 16;       // ticks between snapshots
-  bool log = false;              // strokes go into LiveCarving::log(), for a DocumentWriter
-  double idle_s = 0.3;           // a stroke ends if the tool has not cut or filled for this time
-  bool watched = false;          // next_tick() returns ticks
+  ServoHandSettings second;      // second hand; its mode is cut, deposit, touch or off
+  int snapshot_ticks = 16;       // number of ticks between snapshots
+  bool log = false;              // strokes are written to LiveCarving::log(), for a DocumentWriter
+  double idle_s = 0.3;           // a stroke ends if there was no edit for this time
+  bool watched = false;          // next_tick() returns the ticks
   Crumbs crumbs = Crumbs::sort;  // rule for severed pieces, if strokes are logged
   std::function<void()> after_dab = {};  // for tests of a slow machine: see DabWorker
   bool armed = true;  // start() arms the safety stage; otherwise a command calls safety().arm()
 };
 
-// Result of one tick: of the first hand, and of the session.
+// The result of one tick: of the first hand (HandTick), and of the session.
 struct LiveTick : HandTick {
-  uint64_t number = 0;     // number of the tick; a gap means that ticks were lost
-  double time_s = 0;       // since the servo thread started, by its own clock
-  double pending_mm3 = 0;  // pressed clay that found no room, at the end of a stroke
-  // Result of the last stroke: material that fell away, and pieces that became bodies.
+  uint64_t number = 0;     // number of the tick; a gap means that the reader lost ticks
+  double time_s = 0;       // time since the first tick, as the sum of the ticks' durations
+  double pending_mm3 = 0;  // at the end of a stroke: pressed clay that found no room
+  // From the last stroke: volume that fell away, and number of pieces that became bodies.
   double fallen_mm3 = 0;
   int parted = 0;
-  // A brush's stroke ended early: it needed more memory than available, or it was so far behind the
-  // hand that there was no room for more of the path.
+  // A reshaping stroke ended early: it needed more memory than available, or its queue of poses was
+  // full.
   bool gave_up = false;
-  // Mode of a brush's stroke that has just ended and changed nothing: there was nothing to smooth,
-  // to rasp, to fill or to flatten.
+  // Set if a brush's stroke has just ended and changed nothing: its mode. For example, there was
+  // nothing to smooth.
   std::optional<Mode> idle_brush;
-  size_t pending = 0;  // poses of a brush's stroke that are not in the model yet
+  size_t pending = 0;  // number of poses of a reshaping stroke that are not in the model yet
   std::optional<HandTick> second;
 };
 
-// Totals over all ticks.
+// Sums and maxima over all ticks.
 struct LiveTotals {
   double removed_mm3 = 0, deposited_mm3 = 0;
   double max_computed_n = 0, max_given_n = 0;
   uint64_t cutting_ticks = 0;
-  // Ticks in which the device moved farther than a hand can. The tool was placed there without a
-  // path.
+  // Number of ticks in which the device moved farther than a hand can. Then the tool was placed at
+  // the hand without a path.
   uint64_t jumps = 0;
-  Trip trip = Trip::none;  // the first one
+  Trip trip = Trip::none;  // the first trip
 };
 
-// The body that the tool works on.
+// The body on which the tool works.
 struct WorkedBody {
   BodyId id = 1;
-  Pose pose;                                    // of its lattice in the world
-  bool locked = false;                          // nothing changes it
-  std::shared_ptr<const NoGo> no_go = nullptr;  // strokes on the body must not cut it
+  Pose pose;                                    // pose of the body's lattice in the world
+  bool locked = false;                          // true if nothing may change the body
+  std::shared_ptr<const NoGo> no_go = nullptr;  // region that strokes must not cut; null: none
 };
 
 class ServoContext {
  public:
-  // Number of tiles of each field for which the pools have memory. If edits change more before the
-  // pools are refilled, they allocate. Callers that keep snapshots must refill
-  // (Snapshot::keep_ready).
+  // Number of tiles of each field for which the pools have memory. If edits change more tiles
+  // before the pools are refilled, the edits allocate. Callers that keep snapshots must refill the
+  // pools (Snapshot::keep_ready).
   static constexpr int kReadyTiles = 1024;
 
   TriDexel& model() { return *model_; }
-  // For the first hand.
+  // These belong to the first hand.
   Device& device() { return first_.device(); }
   SafetyStage& safety() { return first_.safety(); }
   const PassivityObserver& passivity() const { return first_.passivity(); }
   LiveSettings& settings() { return settings_; }
-  // The second hand; null if there is none.
+  // Returns the second hand, or null.
   ServoHand* second() { return second_.get(); }
-  // Places the second hand's tool at `pose`, or backs it out from there along its axis until it is
-  // clear of material. From then on the hand works. Returns the final pose; nullopt if the tool
-  // cannot be clear. Unlike place_clear(), it continues the current stroke.
+  // Places the second hand's tool at `pose`, or moves it from there out along its axis until it is
+  // clear of material. Then the tool works. Returns the final pose. If the tool cannot be clear,
+  // returns nullopt, and the tool waits at `pose`. Unlike place_clear(), continues the current
+  // stroke.
   std::optional<Pose> put_second_clear(const Pose& pose);
-  // The same, without the check for material.
+  // Places the second hand's tool at `pose`, without a check for material.
   void put_second(const Pose& pose);
-  // Sets the spring's stiffness [N/mm]. Does nothing if the device cannot render it.
+  // Sets the stiffness of the spring [N/mm]. Does nothing if the device cannot render it.
   void set_stiffness(double n_mm);
-  // Sets the hand's stiffness, its strength [N], and the share of the cutting force that it
-  // supports. The device receives the pull times `force_scale`. Does nothing if the device cannot
-  // render that.
+  // Sets the stiffness of the hand's spring, the hand's strength [N], and the share of the cutting
+  // force that the hand supports. The device receives the pull times `force_scale`. Does nothing if
+  // the device cannot render it.
   void set_hand(double stiffness_n_mm, double strength_n, double hand_share, double force_scale);
-  // Takes effect at the next stroke. `symmetry` must have passed check_symmetry.
+  // Sets the symmetry for the next strokes. `symmetry` must have passed check_symmetry.
   void set_symmetry(const Symmetry& symmetry);
-  // At the next reading of the device, the tool jumps to that pose and cuts nothing in between.
+  // At the next reading of the device, the tool jumps to the hand's pose. It cuts nothing on the
+  // path.
   void place_again() { first_.place_again(); }
-  // Call after the model was changed from outside.
+  // Call this after other code changed the model.
   void model_changed();
-  // Changes the tool. If the new tool is in material, it backs out along its axis and enters again
-  // from there. If it cannot, it waits until the hand pulls it out.
+  // Changes the tool. If the new tool is inside material, moves it out along its axis until it is
+  // clear. If this is not possible, the tool waits until the hand pulls it out.
   void change_tool(const Tool& tool);
-  // Places the tool at `pose`, or backs it out along its axis until it is clear of material. Then
-  // it works. Returns the final pose. If the tool cannot be clear, it returns nullopt and the tool
-  // waits there.
+  // Places the tool at `pose`, or moves it from there out along its axis until it is clear of
+  // material. Then the tool works. Returns the final pose. If the tool cannot be clear, returns
+  // nullopt, and the tool waits at `pose`. Ends the current stroke.
   std::optional<Pose> place_clear(const Pose& pose);
-  // The same, without the check for material. For modes that add material.
+  // Places the tool at `pose`, without a check for material. Modes that add material use it.
   void place_at(const Pose& pose);
-  // A mallet's blow with this energy [N mm], in the next tick: see SpringTool::advance.
+  // Gives the tool a blow of a mallet with this energy [N mm], in the next tick: see
+  // SpringTool::advance.
   void strike(double nmm) { first_.strike(nmm); }
 
-  // Restores the model to another step of its document, or to another body. Its material is within
-  // `bounds`. The log records this. Afterwards, `body` holds the previous body, so that its memory
-  // is freed on another thread.
+  // Restores the model to another step of its document, or to another body. The material is within
+  // `bounds`. The log gets the event `moved`. `body` is the new body. Afterwards, it contains the
+  // old one, so that another thread frees its memory.
   void go_to(const Snapshot& state, const LatticeBox& bounds, WorkedBody& body);
-  // Changes the body of the model. `body` is used as in go_to().
+  // Changes only the body. `body` is used as in go_to().
   void set_body(WorkedBody& body);
-  // Adds a fence to the log, for a request: everything before the fence was done before the
-  // request. Until go_to() or resume(), the tool changes no material and only produces forces.
+  // Adds a fence for a request to the log. Everything before the fence was done before the request.
+  // Until go_to() or resume(), no tool changes the model. Tools that cut only produce forces.
   void fence_log() {
     log_.fence();
     fenced_ = true;
   }
   void resume() { fenced_ = false; }
   // Ends the current stroke, and waits for its dabs and crumbs. For the owner, while no thread
-  // runs. LiveCarving::stop() calls it if a thread ran.
+  // runs. The servo thread calls it when it stops.
   void finish_stroke();
 
  private:
@@ -142,22 +146,22 @@ class ServoContext {
                const LiveSettings& settings, std::unique_ptr<Device> second);
   ServoContext(const ServoContext&) = delete;
 
-  // One tick, `elapsed_s` after the last.
+  // Runs one tick, `elapsed_s` after the last tick.
   LiveTick tick(double elapsed_s);
   void discard_stroke();
   // Sends no more moves to the dab worker. Returns true if the model contains all pending dabs, and
-  // the severed pieces of the last stroke are removed.
+  // if the severed pieces of the last stroke are removed.
   bool settle();
-  // The same, but waits until that is true. Not for the servo thread's ticks.
+  // Calls settle() until it returns true, and sleeps in between. Not for ticks of the servo thread.
   void settle_all();
-  // Ends the current stroke and drops pending dabs. The search for severed pieces starts.
+  // Ends the current stroke and drops its pending dabs. Starts the search for severed pieces.
   void end_stroke();
-  // Ends the current stroke here, as soon as its pending dabs are done. Until then, the hand does
-  // nothing.
+  // Ends the current stroke here. If it has pending dabs, it ends when they are done. Until then,
+  // the hand does nothing.
   void break_off();
   void take_crumbs();
-  // The mode of a hand in this tick: `touch` or `off` instead of its own while it must not change
-  // anything.
+  // Returns the mode of a hand in this tick. While the hand must not change the model, this is
+  // `touch` or `off`.
   Mode mode_now(const ServoHand& hand) const;
   bool is_second(const ServoHand& hand) const { return &hand == second_.get(); }
   // Calls f(hand) for each hand.
@@ -167,31 +171,32 @@ class ServoContext {
     if (second_) f(*second_);
   }
   void place_in_body(const Pose& pose);
-  // Places the tool, in the body's coordinates. The current stroke continues.
+  // Places a tool. `pose` is in the coordinates of the body. The current stroke continues.
   void put(ServoHand& hand, const Pose& pose);
   Pose to_world(const Pose& pose) const;
   Pose to_body(const Pose& pose) const;
   // Moves the brush of a reshaping mode from `before` to the tool's current pose. Applies the
-  // worker's results to the model and to the force.
+  // results of the worker to the model and to the force.
   void reshape(Mode mode, const Pose& before, LiveTick& result);
   void take_dabs(LiveTick& result);
-  // Returns false if the dab worker has no room for more of the path.
+  // Returns false if the dab worker has no room for the pose.
   bool dab_to(const Pose& pose);
-  // True if the hand must wait for the dab worker.
+  // Returns true if the hand must wait for the dab worker.
   bool waits(ServoHand& hand);
-  // `start` is the pose of the first hand's tool. `second` is that of the second hand's, if it
-  // takes part.
+  // Logs the beginning of a stroke. `start` is the pose of the first hand's tool. `second` is the
+  // pose of the second hand's tool, or null if this hand takes no part.
   void begin_log(const Pose& start, const Pose* second);
   const std::shared_ptr<const std::vector<Material>>& shared_materials();
   void keep_before_stroke();
-  // Computes the hand's next pose, and moves its tool there.
+  // Reads the next pose of the hand, and moves its tool there.
   ServoHand::Advance advance(ServoHand& hand, Mode& mode);
   LiveTick advance_first();
   HandTick advance_second();
   void to_world(HandTick& tick) const;
   void count(const HandTick& tick);
   void note(LiveTick& tick);
-  // The log gets a tick only when the force that its hand received is known.
+  // Keeps the tick for the log. log_waiting() logs it when the force that the hand received is
+  // known.
   void log_tick(const ServoHand& hand, const ServoHand::Advance& done);
   void log_waiting();
   Wrench given_in_body(const ServoHand& hand) const;
@@ -200,44 +205,44 @@ class ServoContext {
   LiveSettings settings_;
   ServoHand first_;
   std::unique_ptr<ServoHand> second_;
-  bool second_logged_ = false;  // it takes part in the current stroke
+  bool second_logged_ = false;  // true if the second hand takes part in the current stroke
   StrokeLog log_;
   struct PendingTick {
     RecordedTick tick;
     Wrench computed;
   };
-  std::optional<PendingTick> pending_tick_;  // for the log
+  std::optional<PendingTick> pending_tick_;  // waits for log_waiting()
   std::shared_ptr<const std::vector<Material>> logged_materials_;
   bool in_stroke_ = false;
   std::unique_ptr<Watched> watched_;    // null: not watched
-  uint64_t noted_ = 0;                  // number of ticks so far: LiveTick::number
+  uint64_t noted_ = 0;                  // number of ticks so far (LiveTick::number)
   double time_s_ = 0;                   // sum of the times of all ticks
-  std::shared_ptr<const Grain> grain_;  // of the lattice's wood
+  std::shared_ptr<const Grain> grain_;  // of the wood of the lattice
   WorkedBody body_;
-  bool turned_ = false;  // the body's pose differs from the world's
+  bool turned_ = false;  // true if the body's frame is not the world's
   bool fenced_ = false;
-  Snapshot before_stroke_;              // the state that discard_stroke() restores
+  Snapshot before_stroke_;              // state that discard_stroke() restores
   uint64_t before_generation_ = ~0ull;  // generation of the model in before_stroke_
-  int idle_ticks_ = 0;                  // since the stroke's last edit
+  int idle_ticks_ = 0;                  // number of ticks since the stroke's last edit
   double stroke_removed_mm3_ = 0;
-  double moved_mm3_ = 0;            // volume that the brush's stroke added plus that it removed
-  std::optional<Mode> idle_brush_;  // not reported by a tick yet
+  double moved_mm3_ = 0;            // volume that the brush's stroke has moved
+  std::optional<Mode> idle_brush_;  // waits for the next tick's result
   CrumbWorker crumbs_;
-  double fallen_mm3_ = 0;  // not reported by a tick yet, like parted_
+  double fallen_mm3_ = 0;  // waits for the next tick's result, as parted_ does
   int parted_ = 0;
-  Crumbs stroke_crumbs_ = Crumbs::stay;  // of the current stroke
+  Crumbs stroke_crumbs_ = Crumbs::stay;  // rule of the current stroke
   DabWorker dabs_;
-  bool dabbing_ = false;     // the worker has a stroke of dabs
-  bool settling_ = false;    // the stroke accepts no more moves
-  bool settled_ = true;      // the model contains all its accepted moves
-  bool dab_ends_ = false;    // the end of the stroke is not sent yet: see ends_apart
-  bool breaks_off_ = false;  // the stroke ends as soon as it is settled
-  bool hand_waits_ = false;  // the first hand was not read in this tick
-  // Force of the dabs; force_per_mm_ fades from one dab to the next. velocity_mm_s_ is the smoothed
-  // velocity of the tool.
+  bool dabbing_ = false;     // true while the worker has a stroke
+  bool settling_ = false;    // true if the stroke accepts no more moves
+  bool settled_ = true;      // true if the model contains all accepted moves
+  bool dab_ends_ = false;    // true if the end must still be sent (ends_apart)
+  bool breaks_off_ = false;  // true if the stroke ends when it is settled
+  bool hand_waits_ = false;  // true if the first hand was not read in this tick
+  // For the force of dabs. force_per_mm_ changes smoothly from one dab to the next. velocity_mm_s_
+  // is the smoothed velocity of the tool.
   double work_per_mm_ = 0, force_per_mm_ = 0;
   Vec3 velocity_mm_s_ = Vec3::Zero();
-  double stiffness_n_mm_ = 0;  // of a warp
+  double stiffness_n_mm_ = 0;  // for warps
   MaxwellForce pull_;
   LiveTotals totals_;
 };

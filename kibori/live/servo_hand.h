@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
-// One hand on the servo thread: a device that holds a tool. It reads the hand's position and moves
-// the tool there through the model. Then it sends the device the force, within safe limits.
+// One hand on the servo thread: a device that holds a tool. A ServoHand reads the pose of the hand,
+// and moves the tool through the model to this pose. Then it sends the force to the device, within
+// safe limits.
 //
 //   device.read ─► workspace ─► HandTool ─► passivity ─► safety ─► device.write
 //
-// A ServoContext has one or two hands on one model. In a tick, they act one after the other.
+// A ServoContext has one or two hands on one model. In a tick, the first hand acts before the
+// second.
 #pragma once
 
 #include <memory>
@@ -23,41 +25,42 @@ namespace kibori {
 struct ServoHandSettings {
   Tool tool = BallTool{};
   Mode mode = Mode::cut;
-  uint8_t material = 0;        // for a deposit
-  SeriesSpring spring;         // its tick_s is set from the rate
-  double force_scale = 1;      // ratio of the device's force to the computed one
-  double passivity_ns_mm = 0;  // the passivity controller's limit; 0: it only observes
+  uint8_t material = 0;        // material of a deposit
+  SeriesSpring spring;         // the constructor sets its tick_s
+  double force_scale = 1;      // force at the device / computed force
+  double passivity_ns_mm = 0;  // maximum damping of the PassivityObserver; 0: it only counts
   Workspace workspace;
-  // The tool works only while the device reports that the hand presses it (Device::pressed).
+  // If true, the tool works only while Device::pressed() returns true.
   bool while_pressed = false;
 };
 
-// Result of one hand's tool in one tick, in the world.
+// The result of one hand's tool in one tick, in world coordinates.
 struct HandTick {
   Pose tool;
-  Pose hand;              // where the hand wants the tool
-  Mode mode = Mode::off;  // of the tool in this tick (ServoContext::mode_now)
-  // The force for the device before and after the safety stage. It is `force_scale` times the force
-  // on the tool.
+  Pose hand;              // the pose at which the hand wants the tool
+  Mode mode = Mode::off;  // mode of the tool in this tick (ServoContext::mode_now)
+  // The force for the device, before and after the safety stage. It is the computed force times
+  // `force_scale`.
   Wrench computed, given;
   double force_scale = 1;
   double removed_mm3 = 0;
   bool touching = false, cutting = false, inside = false;
-  bool clipped = false;  // material beyond the lattice was lost
-  // Lattice nodes that the tick removed or added: K of force model `paper`. 0 if the tool changes
-  // no material.
+  bool clipped = false;  // true if material beyond the lattice was lost
+  // Number of lattice nodes that the tick removed or added: K of the force model `paper`. 0 if the
+  // tool changed no material.
   int64_t points = 0;
   SafetyStage::State safety = SafetyStage::State::off;
-  Trip trip = Trip::none;  // why the safety stage is off
+  Trip trip = Trip::none;  // the reason why the safety stage is off
 };
 
 class ServoHand {
  public:
-  // `settings` must have passed check(), and must outlive the hand.
+  // `settings` must have passed check(), and must outlive this object.
   ServoHand(TriDexel& model, std::unique_ptr<Device> device, ServoHandSettings& settings,
             double rate_hz);
 
-  // Errors: an invalid tool or spring, or a rendering that exceeds the device's damping.
+  // Returns Ok if the settings are valid. Errors: the force's scale, the tool or the spring is
+  // invalid; the force needs more damping than the device has.
   static Status check(const ServoHandSettings& settings, ForceModel model, double rate_hz,
                       const DeviceCapabilities& device);
 
@@ -68,45 +71,48 @@ class ServoHand {
   ServoHandSettings& settings() { return settings_; }
   const ServoHandSettings& settings() const { return settings_; }
   SpringTool& series() { return tool_.spring_tool(); }
-  // The tool's pose, in the body's coordinates.
+  // Returns the pose of the tool, in the coordinates of the body.
   const Pose& pose() const { return tool_.pose(); }
   ForceLaw law(ForceModel model) const;
 
-  // Sets the spring and the force's scale. Returns false and changes nothing if the device cannot
-  // render them.
+  // Sets the spring, and the scale of the force. Returns false and changes nothing if the device
+  // cannot render them.
   bool set_spring(const SeriesSpring& spring, double force_scale);
   void set_symmetry(const Symmetry& symmetry);
   void set_no_go(const NoGo* no_go);
   void set_grain(const Grain* grain);
-  // At the next reading of the device, the tool jumps to that pose and cuts nothing in between.
+  // At the next reading of the device, the tool jumps to the hand's pose. It cuts nothing on the
+  // path.
   void place_again() { placed_ = false; }
-  // Places the tool, in the body's coordinates. Does not check for material there.
+  // Places the tool, without a check for material. `pose` is in the coordinates of the body.
   void place(const Pose& pose);
   void strike(double nmm) { strike_nmm_ = nmm; }
 
-  // True if the hand works with its tool. False while its clutch is held, or while it is lifted.
+  // Returns true if the hand works with its tool. Returns false while the clutch is held, and while
+  // the device is not pressed (while_pressed).
   bool works() const;
 
-  // Reads the pose that the hand wants from the device, and converts it to a body with pose `body`
-  // (null: the world's). At the first reading, and if the hand has jumped, returns the pose at
-  // which the tool must be placed. `leaps` counts jumps.
+  // Reads the device. Computes the pose that the hand wants, in the coordinates of a body with the
+  // pose `body` (null: the world). Normally returns nullopt. At the first reading, and after a jump
+  // of the hand, returns the pose at which the caller must place the tool. `leaps` counts the
+  // jumps.
   std::optional<Pose> read(const Pose* body, uint64_t& leaps);
-  // Resets the state as for a new stroke, so that the stroke can be replayed alone.
+  // Clears the state of earlier strokes, so that the next stroke can be replayed alone.
   void begin_stroke();
-  // Result of a motion of the tool to the hand's pose, in the body's coordinates.
+  // The result of a motion of the tool to the hand's pose, in the coordinates of the body.
   struct Advance {
     HandTick tick;
     Pose before;  // pose of the tool before the motion
     MoveTick recorded;
-    bool possible = true;  // false: the motion was invalid, and the tool was placed at the hand
+    bool possible = true;  // false: the motion was too long, and the tool was placed at the hand
   };
   Advance advance(ForceModel model, Mode mode, const std::vector<Material>& materials);
-  // Sends the device the force computed in `tick`, in the world. Stores in `tick` what was sent,
-  // and the state of the safety stage.
+  // Sends the force of `tick` to the device. `tick` must be in world coordinates. Writes to `tick`
+  // what was sent, and the state of the safety stage.
   void give(HandTick& tick, double elapsed_s);
-  // Of the pen that holds the tool, 0 to 1: see DeviceReading.
+  // Returns the pressure of the pen that holds the tool, 0 to 1: see DeviceReading.
   double pressure() const { return reading_.pressure; }
-  // The last force that was sent.
+  // Returns the last force that was sent to the device.
   const Wrench& given() const { return given_; }
 
  private:
@@ -120,8 +126,8 @@ class ServoHand {
   DeviceReading reading_;
   Wrench given_;
   DeviceStatus status_ = DeviceStatus::ok;
-  bool placed_ = false;  // the tool follows the readings; false: place it at the next one
-  Pose wanted_;          // by the hand, in the last tick
+  bool placed_ = false;  // false: the next reading places the tool, without a path
+  Pose wanted_;          // pose that the hand wanted in the last tick
   double strike_nmm_ = 0;
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Transfers strokes from the servo thread to the document writer during carving, without a lock. If
-// the reader is more than eight seconds late, all later events are lost, and lost() returns true.
+// The queue of events from the servo thread to the document writer. It uses no lock. If the reader
+// is more than kMaxEvents late, all later events are lost, and lost() returns true.
 #pragma once
 
 #include <atomic>
@@ -29,25 +29,27 @@ class StrokeLog {
     Brush brush = {};
     Crumbs crumbs = Crumbs::stay;
     std::optional<StrokeHand> second = std::nullopt;
-    Lattice lattice = {};  // before the stroke
+    Lattice lattice = {};  // lattice before the stroke
   };
   struct End {
-    Snapshot state;     // without the severed pieces
-    Snapshot before;    // before the stroke; the reader frees it, because that takes time
-    LatticeBox bounds;  // of the material
+    Snapshot state;     // state after the stroke, without the severed pieces
+    Snapshot before;    // state before the stroke; the reader frees it, because this takes time
+    LatticeBox bounds;  // bounds of the material after the stroke
     double removed_mm3 = 0;
     CrumbResult crumbs;
   };
-  // cancel: the stroke is discarded. fence: a request for an undo or another action; everything
-  // before it was done before the request. moved: the model now belongs to another step.
+  // begin, tick, end: of a stroke. cancel: the current stroke is discarded. fence: marks a request,
+  // for example an undo; everything before the fence was done before the request. moved: the model
+  // now belongs to another step.
   enum class Kind : uint8_t { begin, tick, end, cancel, fence, moved };
   struct Event {
     Kind kind = Kind::tick;
     RecordedTick tick = {};
-    Wrench computed = {}, given = {};  // by the force model; sent to the device
+    // The force model's result, and the wrench that the device received.
+    Wrench computed = {}, given = {};
   };
 
-  // For the reader.
+  // Functions for the reader.
   bool pop(Event& event) { return events_.pop(event); }
   bool pop(Begin& begin) { return begins_.pop(begin); }
   bool pop(End& end) { return ends_.pop(end); }
@@ -55,7 +57,7 @@ class StrokeLog {
   bool lost() const { return lost_.load(std::memory_order_relaxed); }
 
  private:
-  friend class ServoContext;  // the writer
+  friend class ServoContext;  // the only writer
   void begin(Begin begin) {
     if (lost()) return;
     if (!begins_.push(std::move(begin))) return lose();

@@ -11,7 +11,7 @@
 
 namespace kibori {
 
-// A search tree over the triangles of a surface. The surface must outlive it.
+// A search tree over the triangles of a surface, which must outlive the tree.
 class DistanceTree {
  public:
   explicit DistanceTree(const Surface& surface);
@@ -19,12 +19,12 @@ class DistanceTree {
   DistanceTree(const DistanceTree&) = delete;
   DistanceTree& operator=(const DistanceTree&) = delete;
 
-  // False if there was not enough memory.
+  // False if the memory was not enough to build the tree.
   bool good() const;
-  // Distance from a point to the nearest triangle [mm]. Any thread.
+  // Returns the distance from a point to the nearest triangle [mm]. Any thread.
   double distance(const Vec3& point) const;
-  // The same, negative on the side that the nearest triangle faces away from. So it is negative
-  // inside of a closed surface whose triangles face outwards. Any thread.
+  // The same with a sign: it is negative if the point is behind the nearest triangle. Therefore, it
+  // is negative inside a closed surface whose triangles face outwards. Any thread.
   double signed_distance(const Vec3& point) const;
 
  private:
@@ -37,26 +37,27 @@ struct Distance {  // [mm]
   double max = 0, rms = 0, mean = 0;
   Vec3 at = Vec3::Zero();  // the point with the largest distance
 };
-// Distances from points of `from` to the nearest point of `to`. The maximum is over all used
-// vertices of `from` and about `samples` points spread evenly over its area. The means are over the
-// spread points only. The result does not depend on `threads`. Errors: a surface without triangles;
-// not enough memory.
+// Measures the distances from points of `from` to the nearest points of `to`. The points of `from`
+// are its used vertices, and about `samples` points that are spread evenly over its area. The
+// maximum is over all points. The means are over the spread points only. The result does not depend
+// on `threads`. Errors: a surface without triangles; not enough memory.
 Result<Distance> distance_from_to(const Surface& from, const Surface& to, int64_t samples,
                                   int threads = 1);
 
-// How a surface differs from a closed one, its target [mm]. Positive: outside of the target.
+// How a surface differs from a closed surface, its target [mm]. Outside the target, values are
+// positive.
 struct Deviation {
-  double max = 0, min = 0;  // the largest excess, and the deepest gouge; 0 if there is none
+  double max = 0, min = 0;  // largest excess; deepest gouge (negative); 0 if there is none
   Vec3 max_at = Vec3::Zero(), min_at = Vec3::Zero();
   double mean = 0, rms = 0;
   std::vector<float> of_vertices;  // for each vertex of the surface; 0 if no triangle uses it
 };
-// Deviation of `surface` from `target`. Extremes and means as in distance_from_to. Errors: those of
-// distance_from_to; a target that is not closed.
+// Measures the deviation of `surface` from `target`, at the same points of `surface` as
+// distance_from_to. Errors: those of distance_from_to; a target that is not closed.
 Result<Deviation> deviation_from(const Surface& surface, const Surface& target, int64_t samples,
                                  int threads = 1);
 
-// Distances between two surfaces in both directions: from a to b (there), and from b to a (back).
+// Distances between two surfaces a and b: from a to b (there), and from b to a (back).
 struct TwoSided {
   Distance there, back;
   double max() const;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Arcs as points: the path of an ArcMove, and its chords.
+// Points, length and chords of an arc.
 #pragma once
 
 #include <kibori/geometry/vec.h>
@@ -7,18 +7,19 @@
 
 namespace kibori {
 
-// The path of an arc or a helix from a known start.
+// The path of an arc or a helix that starts at `from_mm`.
 class ArcPath {
  public:
   ArcPath(const Vec3& from_mm, const ArcMove& arc);
 
-  // Point at a share of the path, 0..1. The ends are exact.
+  // Returns the point at a share of the path, 0..1. The first and the last point are exact.
   Vec3 at(double share) const;
-  // Angle of the whole path [rad], positive if counter-clockwise.
+  // Returns the angle of the whole path [rad]. It is positive if the path is counter-clockwise.
   double angle_rad() const { return sweep_; }
   double length_mm() const;
-  double radius_mm() const;  // the larger of those at start and end
-  // Number of equal chords so that no chord is farther than `sagitta_mm` from the arc.
+  double radius_mm() const;  // the larger of the radii at start and end
+  // Returns the number of equal chords for which no chord is farther than `sagitta_mm` from the
+  // arc.
   int chords(double sagitta_mm) const;
 
  private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Reads a canonical listing: the output of LinuxCNC's interpreter with `rs274 -g`, one call per
-// line.
+// Reads a canonical listing: the output of LinuxCNC's interpreter (`rs274 -g`). Each line is one
+// call:
 //
 //     17 N0080  STRAIGHT_FEED(1.0000, 2.0000, -0.5000, 0.0000, 0.0000, 0.0000)
 #pragma once
@@ -16,17 +16,17 @@
 
 namespace kibori {
 
-// True if a line looks like one of a listing.
+// Returns true if a line looks like a line of a listing.
 bool is_canon_line(std::string_view line);
 
 class CanonListing {
  public:
-  // Executes one line and appends its moves. A line that is not a call, or an unknown call, gives a
-  // warning. Errors: one sentence without file and line: a call with too few numbers or a number
-  // that is too large, a call that is not supported.
+  // Executes one line and appends its moves. A line without a call, or with an unknown call, causes
+  // a warning. Errors (without file and line): a call has too few numbers; a number is too large; a
+  // call is not supported.
   Status run(std::string_view line, int number, std::vector<CanonMove>& out);
-  // Moves get the number of their N word instead of the listing's line. A call without an N word
-  // gets the number of the previous call.
+  // After this call, moves get the number of the N word of their line, not the number of the line
+  // in the listing. If a line has no N word, its moves get the number of the line before.
   void use_line_words() { line_words_ = true; }
   bool ended() const { return ended_; }
   const std::vector<ProgramWarning>& warnings() const { return warnings_; }
@@ -42,7 +42,7 @@ class CanonListing {
   double scale() const { return inches_ ? 25.4 : 1; }
   AxisPosition position(const Call& call, size_t first) const;
 
-  std::vector<CanonMove>* out_ = nullptr;  // during run
+  std::vector<CanonMove>* out_ = nullptr;  // set during run()
   int line_ = 0;
   bool ended_ = false, inches_ = false, started_ = false, line_words_ = false;
   ArcPlane plane_ = ArcPlane::xy;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The steps of a program after all modes, units and offsets are resolved.
+// Canonical moves: the steps of a program after all modes, units and offsets are resolved.
 //
-// Positions are those of the tool's tip in the part's frame: the first work coordinate system, G54,
-// with its offset. Lengths are mm, rotary axes degrees.
+// Positions are those of the tool's tip in the part's frame. The part's frame is the work
+// coordinate system G54. Lengths are mm, angles of rotary axes are degrees.
 #pragma once
 
 #include <string>
@@ -12,7 +12,7 @@
 
 namespace kibori {
 
-// Position of all six axes of a machine.
+// The positions of all six axes of a machine.
 struct AxisPosition {
   Vec3 xyz_mm = Vec3::Zero();
   Vec3 abc_deg = Vec3::Zero();
@@ -21,11 +21,11 @@ struct AxisPosition {
   }
 };
 
-// G93, G94, G95.
+// G93 (inverse time), G94 (per minute), G95 (per revolution).
 enum class FeedMode { inverse_time, per_minute, per_revolution };
 
-// Speed of a feed move. `value` is in 1/min (inverse time), mm/min or deg/min, or mm per
-// revolution. 0: the program gives none.
+// The speed of a feed move. The unit of `value` depends on the mode: 1/min, mm/min or deg/min, mm
+// per revolution. 0: the program does not give it.
 struct FeedRate {
   FeedMode mode = FeedMode::per_minute;
   double value = 0;
@@ -35,8 +35,8 @@ struct FeedRate {
 // G17, G18, G19.
 enum class ArcPlane { xy, zx, yz };
 
-// Index of the first and second axis of the plane, and of the axis perpendicular to it. The order
-// is right-handed.
+// Indices of the two axes of an arc's plane, and of the axis normal to it. The three axes, in this
+// order, are right-handed.
 struct ArcAxes {
   int first, second, normal;
 };
@@ -54,22 +54,22 @@ constexpr ArcAxes axes_of(ArcPlane plane) {
 
 struct RapidMove {
   AxisPosition to;
-  // True if the start or the end of the path is unknown in the part's frame. The start of the first
-  // move is unknown. A place of the machine (G28, G30, G53) is unknown without the machine's zero.
-  // The path is not checked then.
+  // True if the start or the end of the path is unknown in the part's frame. Then the path is not
+  // checked for collisions. The start of the first move is unknown. A place of the machine (G28,
+  // G30, G53) is unknown if the machine's zero is unknown.
   bool place_unknown = false;
 };
 struct FeedMove {
   AxisPosition to;
   FeedRate feed;
 };
-// An arc, a helix or a full circle. The radius may change evenly from start to end.
+// An arc, a helix or a full circle. The radius may change evenly from the start to the end.
 struct ArcMove {
   AxisPosition to;
   ArcPlane plane = ArcPlane::xy;
-  Vec3 centre_mm = Vec3::Zero();  // its part along the normal is unused
-  // Counter-clockwise, seen against the normal, if positive. 1 or -1: less than a turn or one full
-  // turn. 2: up to one turn more, and so on.
+  Vec3 centre_mm = Vec3::Zero();  // the component along the normal is not used
+  // Positive: counter-clockwise, seen against the normal. 1 or -1: up to one full turn. 2 or -2:
+  // one turn more, and so on.
   int turns = 1;
   FeedRate feed;
 };
@@ -82,12 +82,12 @@ struct ToolSelect {
 struct ToolChange {
   int number = 0;
 };
-// G43 with the number of the tool whose length is used; G49: 0.
+// G43: number of the tool whose length is used. 0: G49.
 struct ToolLength {
   int number = 0;
 };
 struct SpindleTurn {
-  int direction = 0;  // 1 clockwise, -1 counter-clockwise, 0 stop
+  int direction = 0;  // 1: clockwise; -1: counter-clockwise; 0: stop
   double rpm = 0;
 };
 struct Coolant {
@@ -97,7 +97,7 @@ struct ProgramStop {
   bool optional = false;
 };
 struct ProgramEnd {};
-// An M-code that the interpreter does not know. A machine file may give it a meaning.
+// An M-code that the interpreter does not know. A machine file may define its meaning.
 struct UserCode {
   int number = 0;
 };
@@ -110,7 +110,7 @@ using CanonAction =
                  SpindleTurn, Coolant, ProgramStop, ProgramEnd, UserCode, OperatorMessage>;
 
 struct CanonMove {
-  int line = 0;  // of the program's file, from 1
+  int line = 0;  // line of the program's file, from 1
   CanonAction action;
 };
 

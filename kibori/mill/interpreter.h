@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Executes G-code: keeps the modal state, and turns lines into canonical moves.
+// Executes G-code. The interpreter keeps the modal state, and converts lines into canonical moves.
 //
 //   text ─► parse_gcode ─► Interpreter::run ─► CanonMove, ...
 //
-// It follows LinuxCNC where it supports a code. docs/milling.md lists the codes and the
-// differences. It knows no tools, no stock and no machine.
+// For all codes that it supports, the interpreter follows LinuxCNC. docs/milling.md lists the codes
+// and the differences. The interpreter does not use tools, the stock or the machine.
 #pragma once
 
 #include <array>
@@ -21,20 +21,20 @@ namespace kibori {
 
 struct GcodeBlock;
 
-// Values that are stored in the controller and not in the program.
+// Values that the controller of the machine stores. They are not in the program.
 struct InterpreterOptions {
-  // Offsets of G54 .. G59.3 in the part's frame: those of G54 are zero.
+  // Offsets of G54 ... G59.3 in the part's frame. Those of G54 are zero.
   std::array<AxisPosition, 9> work_offsets = {};
-  // Place of the machine's zero in the part's frame. Without it, moves to places of the machine are
-  // marked as unknown.
+  // Place of the machine's zero in the part's frame. If it is missing, moves to places of the
+  // machine are marked with place_unknown.
   std::optional<AxisPosition> machine_zero;
-  // Places of G28 and G30 relative to the machine's zero.
+  // Places of G28 and G30, relative to the machine's zero.
   AxisPosition home, second_home;
-  // M-codes that the machine knows, in addition to the standard ones. They cause no warning.
+  // M-codes of the machine, in addition to the standard ones. They cause no warning.
   std::vector<int> machine_codes;
 };
 
-// A request of the program that has no effect or is unclear.
+// A warning about a request of the program that has no effect or is unclear.
 struct ProgramWarning {
   int line = 0;
   std::string text;
@@ -44,24 +44,24 @@ class Interpreter {
  public:
   explicit Interpreter(InterpreterOptions options = {}) : options_(std::move(options)) {}
 
-  // Executes one line and appends its moves. Errors: one sentence without file and line. After an
-  // error, the interpreter must not be used any more.
+  // Executes one line and appends its moves. `number` is the number of the line. Errors (without
+  // file and line): the line is invalid. After an error, the interpreter must not be used any more.
   Status run(const GcodeLine& line, int number, std::vector<CanonMove>& out);
-  // Sets the current position in the part's frame. Appends no move.
+  // Sets the current position in the part's frame, without a move.
   void set_position(const AxisPosition& at) {
     at_ = at;
     known_.fill(Known::yes);
   }
-  // True after M2, M30 or the second %.
+  // Returns true after M2, M30 or the second %.
   bool ended() const { return ended_; }
-  // Each kind of warning appears once, with its first line.
+  // Returns the warnings. Each kind of warning occurs once, with its first line.
   const std::vector<ProgramWarning>& warnings() const { return warnings_; }
-  // True if lengths are in inches at the moment.
+  // Returns true if the current unit of lengths is the inch.
   bool inches() const { return inches_; }
 
  private:
-  // What is known about the coordinate of an axis: its value, nothing (at the start), or only that
-  // it is relative to the machine's unknown zero.
+  // What is known about the coordinate of an axis. yes: its value. start: nothing, at the start of
+  // the program. machine: only its value relative to the machine's zero, which is unknown.
   enum class Known { yes, start, machine };
   struct Cycle {
     std::optional<double> bottom, clear, step, dwell;  // Z, R, Q [mm]; P [s]
@@ -100,22 +100,22 @@ class Interpreter {
   void peck(double clear, double bottom);
   void go_to(double height, bool feed);
 
-  // Moves the tool in straight lines, and stores its position.
+  // Move the tool in straight lines, and store its new position.
   void rapid_to(const AxisPosition& to);
   void feed_to(const AxisPosition& to);
-  // Prepares a feed move: replaces unknown coordinates of its start.
+  // Prepares a feed move: replaces the unknown coordinates of its start by those of `to`.
   void start_feed(const AxisPosition& to);
 
   InterpreterOptions options_;
-  std::vector<CanonMove>* out_ = nullptr;  // during run
+  std::vector<CanonMove>* out_ = nullptr;  // set during run()
   int line_ = 0;
   bool ended_ = false, in_percent_ = false, any_line_ = false;
   std::vector<ProgramWarning> warnings_;
   std::set<std::string> warned_;
 
-  AxisPosition at_;  // in the part's frame
+  AxisPosition at_;  // current position in the part's frame
   std::array<Known, 3> known_ = {Known::start, Known::start, Known::start};
-  AxisPosition origin_shift_, stored_shift_;  // G92
+  AxisPosition origin_shift_, stored_shift_;  // shift by G92; shift that G92.3 restores
   int work_ = 0;                              // index of the work coordinate system
   int motion_ = kNoMotion;
   ArcPlane plane_ = ArcPlane::xy;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The lines of a program's text or file. Internal: not installed.
+// Reads the lines of a program, from a text or from a file (plain or gzip). Internal: not
+// installed.
 #pragma once
 
 #include <cstddef>
@@ -27,9 +28,9 @@ class Lines {
   Lines(const Lines&) = delete;
   Lines& operator=(const Lines&) = delete;
 
-  // The next line without its end; nullopt after the last. It is valid until the next call.
-  // Of a file, a line with more than kMaxGcodeLine bytes may be returned in parts; the caller
-  // reports it. Errors: a damaged file; too many bytes.
+  // Returns the next line without its line end, or nullopt after the last line. The text is valid
+  // until the next call. A line of a file that has more than kMaxGcodeLine bytes may come in parts.
+  // The caller must report it. Errors: the file is damaged; it has more than kMaxProgramBytes.
   Result<std::optional<std::string_view>> next() {
     while (true) {
       const size_t end = rest_.find('\n');
@@ -42,7 +43,7 @@ class Lines {
         number_++;
         return std::optional(line);
       }
-      // The rest has no newline and more bytes than a line may have.
+      // The rest has no newline, but more bytes than a line may have.
       if (rest_.size() > kMaxGcodeLine + 1) {
         number_++;
         return std::optional(std::exchange(rest_, {}));
@@ -51,11 +52,11 @@ class Lines {
     }
   }
   int number() const { return number_; }
-  // False if the last line was ended by the end of the text.
+  // Returns false if the last line ended at the end of the text.
   bool ended_with_newline() const { return newline_; }
 
  private:
-  // Number of bytes to read at a time.
+  // Number of bytes for one read.
   static constexpr size_t kChunk = size_t{1} << 16;
 
   Status fill() {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What a program needs, before it is milled: the bounds of its path and the numbers of its tools.
+// What a program needs: the bounds of its path, and the numbers of its tools. The survey does not
+// mill.
 #pragma once
 
 #include <cstdint>
@@ -15,19 +16,21 @@
 namespace kibori {
 
 struct ProgramSurvey {
-  std::optional<Box> feed_mm;  // of the tip in feed moves; none: there is no feed move
-  std::set<int> tools;         // that T names
-  bool turns = false;          // it moves a rotary axis
+  std::optional<Box> feed_mm;  // bounds of the tip in feed moves; none: there is no feed move
+  std::set<int> tools;         // numbers of the tools that the program names
+  bool turns = false;          // true if the program moves a rotary axis
   int64_t moves = 0;
 };
 
-// Reads a whole program. Errors: those of open_program and Program::next; the survey was stopped.
+// Reads a whole program. Errors: those of open_program and Program::next; limits.stop stopped the
+// survey.
 Result<ProgramSurvey> survey_program(const std::filesystem::path& path,
                                      const Rs274Limits& limits = {});
 
-// A block for the programs, if nobody states one: around the path of the tip, wider by the cutter's
-// radius. Its top is at z = 0 if the path goes below, as in most programs. Its lower face is a tenth
-// of the depth below the path.
+// Returns a block for the programs, for users who do not give a stock. The block contains the path
+// of the tip, and is wider by the cutter's radius. If the path goes below z = 0, the top of the
+// block is z = 0. The lower face is below the path by a tenth of the block's depth. Returns nullopt
+// if there is no feed move.
 std::optional<Box> suggested_stock(const std::vector<ProgramSurvey>& surveys, double radius_mm);
 
 }  // namespace kibori

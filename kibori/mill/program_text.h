@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The text of a program in memory, by lines, for programs that show it.
+// The text of a program in memory, line by line, for code that shows the program.
 #pragma once
 
 #include <cstddef>
@@ -15,17 +15,17 @@ namespace kibori {
 
 class ProgramText {
  public:
-  // Reads a file, plain or gzip. Errors: it cannot be read; it has more than max_bytes of text; a
-  // line of more than 4096 characters.
+  // Reads a file, plain or gzip. Errors: the file cannot be read; it has more than max_bytes of
+  // text; a line has more than kMaxGcodeLine characters.
   static Result<ProgramText> read(const std::filesystem::path& path, uint64_t max_bytes);
 
   size_t lines() const { return ends_.size(); }
-  // A line without its end, from 0.
+  // Returns a line without its line end. The first line has the index 0.
   std::string_view line(size_t index) const;
 
  private:
   std::string text_;
-  std::vector<uint32_t> ends_;  // of each line in text_
+  std::vector<uint32_t> ends_;  // end of each line in text_
 };
 
 }  // namespace kibori

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
-// LinuxCNC's interpreter `rs274` as a child process. It translates programs with parameters,
-// expressions, O-words and cutter radius compensation, which Kibori's own interpreter refuses.
+// Runs LinuxCNC's interpreter `rs274` as a child process. It translates programs that Kibori's
+// interpreter does not accept: with parameters, expressions, O-words or cutter radius compensation.
 //
 //   program ─► lines with their numbers ─► rs274 -g ─► canonical listing ─► Program
 //
-// The listing repeats the N word of a line, so every line gets its line number as N word. The child
-// runs in a temporary folder, without a shell, with limits of time and output.
+// A line of the listing has the N word of the program's line. Therefore, every line of the program
+// gets its line number as N word. The child runs in a temporary folder, without a shell. Its time
+// and its output are limited.
 #pragma once
 
 #include <atomic>
@@ -23,24 +24,24 @@
 namespace kibori {
 
 struct Rs274Limits {
-  // A program with a loop that does not end would run forever.
+  // Time limit. Without it, a program with an endless loop would never stop.
   double max_seconds = 300;
   uint64_t max_bytes = kMaxProgramBytes;
   const std::atomic<bool>* stop = nullptr;  // see ChildOptions
 };
 
-// Opens a program. If it needs LinuxCNC's interpreter and `rs274` is in PATH, the program is
-// translated first. Without `rs274`, next() reports the word that needs it. `tools`: for the
-// diameters of cutter radius compensation. Errors: those of Program::open; the first two lines of
-// what rs274 says, with file and line; a limit that it exceeds.
+// Opens a program. If the program needs LinuxCNC's interpreter and `rs274` is in PATH, translates
+// the program first. If `rs274` is missing, next() returns an error that names the word. The
+// diameters of `tools` are for cutter radius compensation. Errors: those of Program::open; rs274
+// rejects the program (the message has its reason, file and line); rs274 exceeds a limit.
 Result<std::unique_ptr<Program>> open_program(const std::filesystem::path& path,
                                               const InterpreterOptions& options,
                                               const std::vector<MillTool>& tools,
                                               const Rs274Limits& limits = {});
 
-// A line of a program with `number` as its N word and without its comments: LinuxCNC can open files
-// by comments, as (LOGOPEN,file). Lines of O-words, and lines that have no room for a number, keep
-// their N word.
+// Returns a line of a program with `number` as its N word, and without comments. (A comment such as
+// (LOGOPEN,file) could make LinuxCNC open a file.) A line of O-words, or a line without room for a
+// number, keeps its own N word.
 std::string with_line_number(const std::string& text, int number);
 
 }  // namespace kibori

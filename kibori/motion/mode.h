@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The modes of a tool and their classification. Each property of a mode is defined here once.
+// The modes of a tool, and their properties. Each property is defined only here.
 #pragma once
 
 #include <optional>
@@ -14,31 +14,31 @@ enum class Mode {
   deposit,  // adds material
   touch,    // computes the force of a cut and removes nothing
   off,      // moves through material without a force
-  smooth,   // this and the next modes: dabs of a brush along the path of the tip
+  smooth,   // from here to paint: dabs of a brush along the path of the tip
   rasp,
   fill,
   inflate,
   flatten,
   crease,
   paint,
-  grab,  // this and the next modes are warps: the surface follows the hand
+  grab,  // from here to node: warps, in which the surface follows the hand
   nudge,
   twist,
   bend,
   pinch,
   scale,
   node,
-  press,  // the tool pushes material aside; the volume is kept
-  // Material turns about the vertical axis through the lattice's centre. throw_clay: clay on a
-  // wheel, which keeps its volume. turn: wood on a lathe.
+  press,  // the tool pushes material aside; the volume stays constant
+  // The material turns about the vertical axis through the lattice's centre. throw_clay: clay on a
+  // potter's wheel, which keeps its volume. turn: wood on a lathe.
   throw_clay,
   turn,
-  // Later modes. They are last because a page's message holds the index of a mode.
+  // Later modes come last, because the page's messages contain the index of a mode.
   trim,
   build,
-  snake_hook,      // a dab that pulls the surface along the path
-  grab_connected,  // a warp: grab, but only of points connected to its centre through material
-  mask             // a dab that masks the surface, so that brushes move it less
+  snake_hook,      // dabs that pull the surface along the path
+  grab_connected,  // a warp like grab, but only for points that material connects with its centre
+  mask             // dabs that mask the surface, so that brushes move it less
 };
 constexpr Names<26> names_of(Mode) {
   return {"cut",   "deposit", "touch",   "off",        "smooth",
@@ -49,8 +49,8 @@ constexpr Names<26> names_of(Mode) {
           "mask"};
 }
 
-// How a mode works. `edit`: the tool edits the model. `none`: nothing is edited. In all other kinds
-// reshape_stroke.h edits the model, and the tool only moves.
+// What edits the model. `edit`: the tool. `none`: nothing. All other kinds: ReshapeStroke, while
+// the tool only moves.
 enum class ModeKind { edit, none, dab, warp, press, wheel };
 
 constexpr ModeKind kind_of(Mode mode) {
@@ -92,44 +92,44 @@ constexpr ModeKind kind_of(Mode mode) {
 }
 
 constexpr bool dabs(Mode mode) { return kind_of(mode) == ModeKind::dab; }
-// A warp is a function of the model at the stroke's beginning.
+// True if the result is a function of the model at the stroke's beginning.
 constexpr bool warps(Mode mode) { return kind_of(mode) == ModeKind::warp; }
-// The surface resists like a spring (MaxwellForce), because it follows the hand.
+// True if the surface resists like a spring (MaxwellForce), because it follows the hand.
 constexpr bool pulls(Mode mode) { return warps(mode) || mode == Mode::snake_hook; }
 constexpr bool on_wheel(Mode mode) { return kind_of(mode) == ModeKind::wheel; }
 constexpr bool reshapes(Mode mode) {
   return kind_of(mode) != ModeKind::edit && kind_of(mode) != ModeKind::none;
 }
 
-// True if a stroke can add material where there is none, so that it may need a larger lattice.
+// True if a stroke can add material in empty space. Then it may need a larger lattice.
 constexpr bool may_grow(Mode mode) {
   return mode == Mode::deposit || (reshapes(mode) && mode != Mode::paint && mode != Mode::rasp &&
                                    mode != Mode::trim && mode != Mode::turn);
 }
 
-// True if a stroke can cut one piece into several.
+// True if a stroke can separate one piece into several.
 constexpr bool may_sever(Mode mode) {
   return mode != Mode::deposit && mode != Mode::build && mode != Mode::paint &&
          mode != Mode::mask && kind_of(mode) != ModeKind::none;
 }
 
-// True if a brush works towards a plane (FlattenTo).
+// True if the brush moves the surface towards a plane (FlattenTo).
 constexpr bool to_plane(Mode mode) {
   return mode == Mode::flatten || mode == Mode::trim || mode == Mode::build;
 }
 
-// True if a negative strength does the opposite.
+// True if a negative strength has the opposite effect.
 constexpr bool has_opposite(Mode mode) {
   return mode == Mode::inflate || mode == Mode::crease || mode == Mode::pinch || mode == Mode::mask;
 }
 
-// True if the stroke's end changes the model and is recorded as its own tick. There a press returns
-// its pending material, and the tool shapes a body on the wheel for the last time.
+// True if the end of a stroke changes the model and is recorded as a separate tick (EndTick). At
+// the end, a press returns its pending material, and a tool on the wheel shapes the body once more.
 constexpr bool ends_apart(Mode mode) { return mode == Mode::press || on_wheel(mode); }
 
-// Returns Ok, or an error sentence if no stroke can use these modes together. Scenes, Python,
-// documents and the studio all show this sentence. `second`: mode of the second hand, if there is
-// one. `protects`: a protected body limits the stroke.
+// Returns Ok if a stroke can use these modes together. Otherwise, returns an error sentence, which
+// scenes, Python, documents and the studio show to the user. `second` is the mode of the second
+// hand, if there is one. `protects` is true if a protected body limits the stroke.
 Status check_modes(Mode first, std::optional<Mode> second, bool protects);
 
 }  // namespace kibori

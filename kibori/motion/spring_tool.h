@@ -1,31 +1,33 @@
 // SPDX-License-Identifier: MIT
-// Force model `series`: the hand holds a spring, the spring holds the tool.
+// Force model `series`: the hand holds a spring, and the spring holds the tool. The code calls the
+// hand `device`.
 //
 //   device x_d ──/\/\/\── tool x_p ──▶ material          F = -k (x_d - x_p), M = -kt theta
 //
-// In each tick the tool moves towards the device by the d in [0, L] that satisfies
+// In each tick, the tool moves towards the device by a distance d in [0, L]. L is the distance
+// between tool and device. d is the smallest root of
 //
-//   k (L - d) = yield + u dV(d)/d + c dV(d)/T            (smallest root)
+//   k (L - d) = yield + u dV(d)/d + c dV(d)/T
 //
-// dV(d) is the volume that the tool would newly reach. yield, u and c are means of the materials
-// over that volume. The law of haptics/chip.h gives u.
+// T is the duration of a tick. dV(d) is the volume that the tool would newly reach. yield, u and c
+// are means of the materials in this volume. The law of haptics/chip.h gives u.
 //
-// dV(d)/d is the sum of two parts. The first one is measured by lengths of rays, because they grow
-// evenly with d. But they underestimate thin cuts. So the second part is a correction: how much the
-// volumes of the cuts exceeded their lengths, as a mean over the last cell of path
-// (haptics/path_mean.h). This mean lags by about half a cell. The lag does not violate passivity:
-// the tool only moves towards the device, so the spring releases energy for any value of the force.
+// dV(d)/d is the sum of two parts. The first part is computed from lengths of rays, because they
+// grow evenly with d. But lengths underestimate thin cuts. So the second part is a correction: the
+// amount by which the volumes of cuts exceeded their lengths, as a mean over the last cell of path
+// (haptics/path_mean.h). This mean lags by about half a cell. The lag does not violate passivity.
+// The tool only moves towards the device, so the spring releases energy for any value of the force.
 //
-// If the spring pulls with less than the yield force, nothing is cut. The tool stops where it
-// touches, and slides there against Coulomb friction. With a torsional spring, displacement and
-// turn are one motion of length L^2 = |x_d - x_p|^2 + (kt/k) |theta|^2.
+// If the spring pulls with less than the yield force, the tool cuts nothing. It stops at the first
+// contact, and slides there against Coulomb friction. If the spring resists turns (kt),
+// displacement and turn are one motion of the length L^2 = |x_d - x_p|^2 + (kt/k) |theta|^2.
 //
-// The effective stiffness never exceeds k, for any material. So stability is one inequality (see
-// haptics/safety.h).
+// For any material, the effective stiffness is at most k. Therefore, one inequality decides about
+// stability (see haptics/safety.h).
 //
-// A hand also has a strength S: it pulls with min(S, k L). If S cannot drive the tool along its
-// whole path, the tool cuts less deep. It follows the hand sideways, at the largest depth that S
-// permits.
+// A hand may also have a strength S. Then the pull is min(S, k L). If S cannot drive the tool along
+// its whole path, the tool follows the hand sideways, but cuts less deep: at the largest depth that
+// S permits.
 //
 //   hand   ────────────────▶   wanted: 2 mm deep
 //   tool  ──╲________________   what S permits in this wood: 1.4 mm
@@ -49,13 +51,14 @@ namespace kibori {
 
 struct SeriesSpring {
   double stiffness_n_mm = 0.5;  // k
-  double torsion_nmm_rad = 0;   // kt; 0: the tool turns as the device does, without a moment
-  double friction = 0.2;        // Coulomb coefficient between tool and material
-  double tick_s = 0.001;        // T
-  double strength_n = 0;        // S, the hand's maximum pull; 0: unlimited
-  double hand_share = 1;  // share of the cut's force that the hand supports (see kPoweredShare)
+  double torsion_nmm_rad = 0;   // kt; 0: the tool turns exactly with the device, without a moment
+  double friction = 0.2;        // coefficient of Coulomb friction between tool and material
+  double tick_s = 0.001;        // T [s]
+  double strength_n = 0;        // S, the maximum pull of the hand; 0: unlimited
+  double hand_share = 1;  // share of the cutting force that the hand supports (see kPoweredShare)
 
-  // Visits all fields except those that a stroke's rate and ForceLaw define.
+  // Visits all members except tick_s and hand_share, which follow from the stroke's rate and
+  // ForceLaw.
   static void for_fields(auto&& f) {
     constexpr FieldRange kNotNegative = FieldRange::not_negative;
     f(FieldInfo{"stiffness_n_mm", "stiffness", FieldRange::positive},
@@ -67,14 +70,14 @@ struct SeriesSpring {
   }
 };
 
-// Distance between a pointer and its tool at the hand's full strength. A pointer gets no force
-// feedback, so stability does not limit k: it is S / this distance. With a smaller distance,
-// rounding of the rays is visible in the force. With a larger one, a groove ends visibly before the
-// pointer.
+// Distance between a pointer and its tool when the hand pulls with its full strength. A pointer
+// gets no force feedback, so stability does not limit k. Therefore, k is S divided by this
+// distance. With a smaller distance, rounding errors of the rays would be visible in the force.
+// With a larger distance, a groove would end visibly before the pointer.
 inline constexpr double kHandGiveMm = 0.25;
-// Default strength of a hand: a carver who leans on a gouge without a mallet.
+// Default strength of a hand: a carver who leans on a gouge, without a mallet.
 inline constexpr double kHandStrengthN = 200;
-// Spring of a pointer's hand. Its stiffness follows from its strength.
+// Returns the spring of a pointer's hand. The stiffness follows from the strength.
 inline SeriesSpring spring_of_hand(double strength_n = kHandStrengthN) {
   SeriesSpring spring;
   spring.strength_n = strength_n;
@@ -82,20 +85,26 @@ inline SeriesSpring spring_of_hand(double strength_n = kHandStrengthN) {
   return spring;
 }
 
-// Wrench of the spring on a hand that is `stretch_mm` and `stretch_rad` away from the tool.
+// Returns the wrench of the spring on the hand. `stretch_mm` and `stretch_rad` are the displacement
+// and the turn from the tool to the hand.
 Wrench pull_of(const SeriesSpring& spring, const Vec3& stretch_mm, const Vec3& stretch_rad);
 
 class SpringTool {
  public:
-  // `start`: pose of the device and of the tool. The tool does not cut, and gives no force, until
-  // it has been clear of material once.
+  // Places device and tool at `start`. Until the tool has been clear of material once, it cuts
+  // nothing and gives no force.
   SpringTool(TriDexel& model, const Pose& start, const SeriesSpring& spring)
       : model_(model), edit_(model), tool_pose_(start), spring_(spring) {}
 
-  // Moves the device to `device`. A deposit adds `material`. Mode::touch never cuts. A mode that
-  // reshapes acts as `off`: ReshapeStroke edits the model. Errors: a jump or turn that needs more
-  // than kMaxTurnSubsteps substeps; nothing has moved then. Does not allocate, lock or cause page
-  // faults.
+  // Moves the device to `device`, and the tool as far as the balance permits. A deposit adds
+  // `material`. Mode::touch never cuts. A mode that reshapes acts as `off`, because ReshapeStroke
+  // edits the model. Errors: the motion needs more than kMaxTurnSubsteps substeps; then nothing has
+  // moved. Except with a mesh as the tool, advance() does not allocate, lock or cause page faults.
+  //
+  // If the spring has a strength and the device rests, the tool moves only while it is far behind
+  // the device. When it stops, nothing moves until the device moves. So the carving does not depend
+  // on how long a pointer rests. `strike_nmm` is the work of a mallet's blow. The blow drives a
+  // cutting tool towards the device until this work is done.
   //
   // If the spring has a strength and the device rests, only a tool that is far behind still moves,
   // until it stops. Then nothing moves, so the carving does not depend on how long a pointer rests.
@@ -111,14 +120,15 @@ class SpringTool {
     spring_ = spring;
     last_.known = false;
   }
-  // Use `show` for a hand without a force device: where strength limits the depth, the tick then
-  // reports the resistance of the cut. A force device gets the spring's own pull, which is stable
-  // at rest.
+  // Pass true for a hand without a force device. Then, if the strength limits the depth, the tick
+  // reports the resistance of the cut instead of the spring's pull. A force device needs the pull,
+  // which is stable at rest.
   void show_resistance(bool show) { show_resistance_ = show; }
-  // Images of the tool make the same edits. Call check_symmetry first.
+  // Sets the symmetry. The images of the tool make the same edits. Precondition: check_symmetry
+  // accepted `symmetry`.
   void set_symmetry(const Symmetry& symmetry) { edit_.set_symmetry(symmetry); }
-  // Sets the protected region, which is not cut and stops the tool as a rigid wall; null: none. The
-  // region must outlive the tool or be unset first.
+  // Sets the protected region, which is not cut and stops the tool like a rigid wall; null: none.
+  // The region must outlive the tool or be unset before its end.
   void set_no_go(const NoGo* no_go) {
     edit_.set_no_go(no_go);
     if (no_go) Except::reserve();
@@ -126,32 +136,32 @@ class SpringTool {
   }
   // See ToolEdit::set_grows.
   void set_grows(bool grows) { edit_.set_grows(grows); }
-  // Sets how the wood's grain changes the cutting force; null: the force uses each material's u
-  // alone. `grain` must outlive the tool.
+  // Sets the grain of the wood, which changes the cutting force. Null: only each material's u
+  // counts. `grain` must outlive the tool.
   void set_grain(const Grain* grain) { grain_ = grain; }
-  // Moves the tool to `pose` without a path.
+  // Moves device and tool to `pose` without a path.
   void place(const Pose& pose) {
     tool_pose_ = pose;
     disengage();
   }
-  // Clears the state of earlier strokes, so that the next stroke can be replayed alone.
+  // Forgets earlier strokes, so that the next stroke can be replayed alone.
   void begin_stroke() {
     begins_ = true;
     forget_cut();
     edit_.forget();
   }
-  // Returns the first pose where `tool` is clear of material, backed out from `pose` along its
-  // axis. Returns nothing if that is farther than twice the tool's reach. Does not allocate or
-  // lock.
+  // Moves `tool` from `pose` out along its axis, in growing steps. Returns the first pose at which
+  // the tool is clear of material. Returns nothing if there is none within about twice the tool's
+  // reach. Does not allocate or lock.
   std::optional<Pose> clear_place(const Tool& tool, const Pose& pose,
                                   const std::vector<Material>& materials);
-  // Moves the tool to `pose`. Precondition: it is clear of material there (see clear_place).
+  // Moves the tool to `pose`, where it must be clear of material (see clear_place).
   void place_clear(const Pose& pose) {
     place(pose);
     engaged_ = true;
   }
-  // Call this when the model changed under the tool, or when the tool changed its shape. The tool
-  // then waits until it is clear of material.
+  // Call this when the model changed under the tool, or when the tool changed its shape. Then the
+  // tool does not work until it is clear of material.
   void disengage() {
     engaged_ = touched_ = false;
     forget_cut();
@@ -159,9 +169,11 @@ class SpringTool {
     normal_generation_ = kNever;
     edit_.forget();
   }
-  // Volume that the last advance removed or added, by material. Includes the images.
+  // Returns the volume that the last advance() removed or added, for each material, with the
+  // images.
   const Removed& removed() const { return removed_; }
-  // Shape of the chip over the last cell of path. All zero if nothing was cut.
+  // Returns the shape of the chip over the last cell of path. All values are zero if nothing was
+  // cut.
   const Chip& chip() const { return chip_; }
 
  private:
@@ -179,7 +191,7 @@ class SpringTool {
   void pay(const Tick& tick, const ToolMotion& path, const Pose& end);
   void forget_cut();
   Resistance resistance(const Tick& tick, double share, bool ahead = false);
-  // The share of the path that the tool moves, and whether it touches there.
+  // `share`: the share of the path along which the tool moves. `touching`: the tool touches there.
   struct Balance {
     double share;
     bool touching;
@@ -213,25 +225,25 @@ class SpringTool {
   double last_step_mm_ = 0;
   static constexpr uint64_t kNever = ~uint64_t{0};
   uint64_t normal_generation_ = kNever;
-  // Last normal, and the pose at which it was measured.
+  // The last normal, and the pose at which it was measured.
   Vec3 normal_ = Vec3::Zero();
   Pose normal_pose_;
   Removed removed_, trial_, twice_, walls_;
-  // Cuts over the last cell of path.
+  // The cuts over the last cell of path.
   PathMean mean_;
   Chip chip_;
-  double excess_mm2_ = 0;  // section of the chip minus the section computed from lengths of rays
+  double excess_mm2_ = 0;  // section of the chip, minus the section that lengths of rays give
   Vec3 last_displacement_mm_ = Vec3::Zero();
   bool show_resistance_ = false;
-  // If strength limited the depth in this tick: the stretch at which the spring would pull with the
-  // resistance of the cut.
+  // Set if the strength limited the depth in this tick: the stretch at which the spring's pull
+  // would equal the resistance of the cut.
   std::optional<Vec3> resisted_mm_;
-  double rise_mm_ = 0;    // height by which the last tick raised the path: see deflect()
-  double spare_nmm_ = 0;  // work that the hand did not need on raised paths: see kSpareDistance
-  // Last tick, for a device that requests the same again.
+  double rise_mm_ = 0;    // height by which the last tick raised the path; see deflect()
+  double spare_nmm_ = 0;  // work that the hand did not need on raised paths; see kSpareDistance
+  // The last tick. It is the result again if the device requests the same pose.
   struct Last {
     bool known = false;
-    // the tool is behind the device and still moves: the same request moves it farther
+    // The tool is behind the device and still moves. The same request would move it farther.
     bool moving = false;
     Tool tool;
     Pose device;

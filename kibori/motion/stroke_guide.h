@@ -1,22 +1,22 @@
 // SPDX-License-Identifier: MIT
-// Converts the path of the hand into the path of the tool, before a stroke follows it.
+// Converts the path of the hand into the path that the tool of a stroke follows.
 //
 //   hand ──► string (steady) ──► guide (line, circle, curve) ──► lead or stamp ──► path
 //
-//   steady   A string draws the tool behind the hand. The tool rests while the string is slack.
+//   steady   A string draws the tool behind the hand. While the string is slack, the tool rests.
 //   guide    The tip moves to the nearest place on the line, circle or curve, seen along the tool's
-//            axis. The height along the axis stays that of the hand.
+//            axis. Along this axis, the tip keeps the height of the hand.
 //   lead     The tool's local x axis turns to the direction of the path, as a gouge needs. The tool
-//            waits above the wood until the direction is known. It enters over `entry_mm`. It stays
-//            `entry_mm` behind the hand, so that it can leave over the same length at the stroke's
-//            end.
-//   stamp    The tool is pressed in where the stroke begins, or at equal distances of the path. It
-//            moves from place to place above the wood.
+//            waits above the wood until the direction is known. It enters the wood over `entry_mm`.
+//            It stays `entry_mm` behind the hand. So it can leave the wood over the same length at
+//            the end of the stroke.
+//   stamp    The tool is pressed in at the stroke's beginning, or at equal distances of the path.
+//            Between these places, it moves above the wood.
 //
 //            hand's path  ●────────────────────────●
 //            tip           ╲______________________╱     entry_mm long on both sides
 //
-// The path depends only on the positions and times of the hand.
+// The result depends only on the poses and the times of the hand.
 #pragma once
 
 #include <cstdint>
@@ -38,43 +38,44 @@ constexpr auto names_of(Guide) {
 
 struct StrokeGuideSettings {
   Guide guide = Guide::none;
-  // Line: its direction is a multiple of this angle [degrees]. The angle is measured about the
-  // tool's axis, from the world's x axis. If the tool points along x, it is measured from y. 0: any
-  // direction.
+  // Line: if above 0, the direction of the line is a multiple of this angle [degrees]. The angle is
+  // measured about the tool's axis, from the world's x axis (from y if the tool points along x).
   double snap_deg = 0;
-  // Circle: a point on its axis. The axis is parallel to the tool's axis at the stroke's beginning.
+  // Circle: a point on its axis. This axis is parallel to the tool's axis at the stroke's
+  // beginning.
   Vec3 centre_mm = Vec3::Zero();
-  // Curve: a polyline.
+  // Curve: the points of a polyline.
   std::vector<Vec3> curve_mm;
-  bool closed = false;   // joins the last point to the first
-  double steady_mm = 0;  // length of the string
+  bool closed = false;   // curve: a segment joins the last point to the first
+  double steady_mm = 0;  // length of the string; 0: no string
   bool lead = false;
-  double entry_mm = 0;  // lead: length of entry and exit
-  double lift_mm = 0;   // entry and exit start this far above the path, along the tool's axis
-  // The tool is pressed in and drawn out. If it also leads, it is turned to the direction of the
-  // path. every_mm: distance between places along the path above the wood; 0: once, where the
+  double entry_mm = 0;  // lead: length of the entry and of the exit
+  double lift_mm = 0;   // entry starts and exit ends at this height above the path
+  // Stamp: the tool is pressed in and drawn out. If `lead` is also set, it turns to the direction
+  // of the path. every_mm: distance between the places along the path; 0: only one place, where the
   // stroke begins.
   bool stamp = false;
   double every_mm = 0;
   bool operator==(const StrokeGuideSettings&) const = default;
 
-  // True if the tool's path can differ from the hand's.
+  // Returns true if the path of the tool can differ from the path of the hand.
   bool guides() const { return guide != Guide::none || steady_mm > 0 || lead || stamp; }
 };
 
-// Returns Ok, or one sentence that names the invalid setting.
+// Returns Ok if the settings are valid. Otherwise, returns an error sentence that names the
+// setting.
 Status check_stroke_guide(const StrokeGuideSettings& settings);
 
 class StrokeGuide {
  public:
-  // Receives a pose of the path and its time [s].
+  // Receives a pose of the tool's path and its time [s].
   using Emit = std::function<void(const Pose&, double)>;
 
   // Precondition: check_stroke_guide accepted the settings.
   explicit StrokeGuide(StrokeGuideSettings settings) : settings_(std::move(settings)) {}
 
-  // Begins a stroke at the hand's pose and returns the path's first pose. move() and end() emit the
-  // other poses in order.
+  // begin() starts a stroke at the hand's pose, and returns the first pose of the tool's path.
+  // move() and end() pass the next poses to `emit`, in order.
   Pose begin(const Pose& hand, double time_s);
   void move(const Pose& hand, double time_s, const Emit& emit);
   void end(const Emit& emit);
@@ -83,7 +84,7 @@ class StrokeGuide {
   struct Place {
     Pose pose;
     double time_s;
-    double distance_mm;  // distance from the beginning of the path
+    double distance_mm;  // along the path, from its beginning
   };
 
   std::optional<Vec3> guided(const Pose& hand);
@@ -98,10 +99,10 @@ class StrokeGuide {
 
   StrokeGuideSettings settings_;
   Vec3 start_ = Vec3::Zero(),
-       normal_ = Vec3::UnitZ();    // of the stroke: the hand's first position and axis
-  std::optional<Vec3> direction_;  // line: its direction, once known
-  double along_mm_ = -1;           // curve: position of the tool along it
-  Vec3 drawn_ = Vec3::Zero();      // end of the string at the tool
+       normal_ = Vec3::UnitZ();    // the hand's first position, and the tool's first axis
+  std::optional<Vec3> direction_;  // line: its direction, as soon as it is known
+  double along_mm_ = -1;           // curve: position of the tool along it; negative: unknown
+  Vec3 drawn_ = Vec3::Zero();      // where the string holds the tool
   Vec3 at_ = Vec3::Zero();         // last guided position of the tip
   Pose guided_{};                  // last guided pose, and its time
   double guided_s_ = 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Divides a motion that turns into straight substeps. In a substep the tool keeps one orientation,
-// that of the substep's middle. No point of the tool deviates from its true arc by more than
+// Divides a motion with a turn into straight substeps. During a substep, the tool keeps the
+// orientation of the middle of the substep. No point of the tool leaves its true arc by more than
 // kTurnTolerance.
 #pragma once
 
@@ -11,25 +11,25 @@
 
 namespace kibori {
 
-// A motion from `start`: the tip moves by travel_mm while the tool turns about it by turn_rad
-// (rotation vector).
+// A motion of the tool from the pose `start`. The tip moves by travel_mm. At the same time, the
+// tool turns about the tip by turn_rad (rotation vector).
 struct ToolMotion {
   Pose start;
   Vec3 travel_mm = Vec3::Zero();
   Vec3 turn_rad = Vec3::Zero();
 
   bool turns() const;
-  // Pose at a share of the motion, 0..1.
+  // Returns the pose at a share of the motion, 0..1.
   Pose at(double share) const;
-  // The same motion, cut off at a share of it.
+  // Returns the first part of the motion, up to a share of it.
   ToolMotion part(double share) const { return {start, travel_mm * share, turn_rad * share}; }
-  // Start pose of substep i of `substeps`, in the orientation that the substep keeps.
+  // Returns the pose at the start of substep i of `substeps`, with the orientation of that substep.
   Pose substep(int i, int substeps) const;
 };
 
-// Number of substeps that the motion needs; infinite if the motion is not finite.
+// Returns the number of substeps that the motion needs. Infinite if the motion is not finite.
 double pieces_needed(const Tool& tool, const ToolMotion& motion, const Lattice& lattice);
-// Number of substeps as an integer. Errors: more than kMaxTurnSubsteps.
+// Returns this number as an integer. Errors: the motion needs more than kMaxTurnSubsteps.
 Result<int> substeps_of(const Tool& tool, const ToolMotion& motion, const Lattice& lattice);
 
 }  // namespace kibori

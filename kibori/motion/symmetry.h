@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Symmetry of a stroke: images of the tool repeat each of its ticks. An image is mirrored in
-// planes, turned about an axis, or both. Only the hand's own tool causes a force.
+// Symmetry of a stroke: images of the tool repeat every tick of the stroke. An image is mirrored in
+// planes, turned about an axis, or both. Only the tool itself causes a force on the hand.
 #pragma once
 
 #include <array>
@@ -17,9 +17,9 @@ namespace kibori {
 inline constexpr int kMaxFold = 16;
 
 struct Symmetry {
-  std::array<bool, 3> planes{};   // normal to x, y, z
+  std::array<bool, 3> planes{};   // mirror planes normal to x, y, z
   Vec3 centre_mm = Vec3::Zero();  // a point on all planes and on the axis
-  int fold = 1;                   // equal parts of a full turn about the axis; 1: no turn
+  int fold = 1;                   // number of equal parts of a full turn about the axis; 1: no turn
   Axis axis = Axis::z;
 
   bool mirrors() const { return planes[0] || planes[1] || planes[2]; }
@@ -27,19 +27,20 @@ struct Symmetry {
   bool operator==(const Symmetry&) const = default;
 };
 
-// Returns Ok, or an error if the centre is not finite or the fold is not 1 ... kMaxFold.
+// Returns Ok if `symmetry` is valid. Errors: the centre is not finite; fold is not 1 ... kMaxFold.
 Status check_symmetry(const Symmetry& symmetry);
 
-// Centre of the lattice's base [mm]. There, images of rays coincide with rays.
+// Returns the centre of the lattice's base [mm]. Around this centre, the images of rays coincide
+// with rays.
 Vec3 centre_of(const Lattice& lattice);
 
-// Map of an image: x maps to centre + turn (x - centre).
+// The map of an image: a point x moves to centre + turn (x - centre).
 struct SymmetryImage {
   Mat3 turn = Mat3::Identity();
-  bool mirrors = false;  // the determinant of `turn` is -1
+  bool mirrors = false;  // true if the determinant of `turn` is -1
 };
 
-// The images of a symmetry, without the tool itself. All are different. Allocates no memory.
+// The images of a symmetry, without the tool itself. No two images are equal. Does not allocate.
 class SymmetryImages {
  public:
   SymmetryImages() = default;
@@ -56,9 +57,9 @@ class SymmetryImages {
   Vec3 centre_mm_ = Vec3::Zero();
 };
 
-// Image of a position, of a pose of the tool, and of its motion. If the image mirrors, the frame of
-// a mesh is left-handed. Every other tool is symmetric about its local yz plane, so its frame stays
-// right-handed.
+// Return the image of a position, of a pose, or of a motion of `tool`. If the image mirrors a mesh,
+// the frame becomes left-handed. Every other tool is symmetric about its local yz plane, so its
+// frame stays right-handed.
 Vec3 image_of(const Vec3& place_mm, const Vec3& centre_mm, const SymmetryImage& image);
 Pose image_of(const Pose& pose, const Tool& tool, const Vec3& centre_mm,
               const SymmetryImage& image);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Converts a motion of the tool into an edit of the model. Hands, scripts and replays all use it:
-// the same motions in the same order leave the same bytes.
+// Converts a motion of the tool into an edit of the model. Hands, scripts and replays all use this
+// class. Therefore, the same motions in the same order give the same bytes.
 #pragma once
 
 #include <kibori/dexel/tri_dexel.h>
@@ -13,67 +13,71 @@
 
 namespace kibori {
 
-// The Motion for an edit's sums. Moments are about the tip at the end. If the tool turns, each
-// element uses its own displacement. `grain`: of wood with grain, or null. `chip`: see
-// Motion::chip.
+// Returns the Motion that an edit needs for its sums. Moments are about the tip at the end. If the
+// tool turns, each element has its own displacement. `grain` is null if the wood has no grain.
+// `chip` is Motion::chip.
 Motion sums_of(const ToolMotion& motion, const Pose& end, const Lattice& lattice,
                const Grain* grain, bool chip = false);
 
-// Path length of a tick [cells], over which forces are averaged. A turn counts as the path of a
-// point at half the tool's reach.
+// Returns the length of the tool's path in a tick [cells], over which forces are averaged. A turn
+// counts as the path of a point at half the tool's reach.
 double path_cells(const Tool& tool, const TickMotion& tick, double pitch_mm);
 
-// Weights of the three fields if lengths of rays are summed instead of volumes (Motion::along).
-// They are the squared direction cosines of the motion, so that the reached length grows evenly. If
-// the motion is mostly a turn, all three are equal.
+// Returns the weights of the three fields for sums of lengths of rays (Motion::along). They are the
+// squared direction cosines of the motion, so that the reached length grows evenly. If the motion
+// is mostly a turn, all three weights are equal.
 Vec3 ray_weights(const ToolMotion& motion, double reach_mm);
 
 class ToolEdit {
  public:
   explicit ToolEdit(TriDexel& model) : model_(model) {}
 
-  // Images of the tool make the same edits. Precondition: check_symmetry accepted `symmetry`.
+  // Sets the symmetry. The images of the tool make the same edits. Precondition: check_symmetry
+  // accepted `symmetry`.
   void set_symmetry(const Symmetry& symmetry) { symmetry_ = SymmetryImages(symmetry); }
 
-  // Sets the protected region, which is not cut; null: none. It must outlive every run().
+  // Sets the protected region, which edits do not cut; null: none. The region must outlive every
+  // run().
   void set_no_go(const NoGo* no_go) {
     no_go_ = no_go;
     forget();
   }
   const NoGo* no_go() const { return no_go_; }
 
-  // Sets whether a deposit that needs room grows the model's lattice. Else the border cuts it off.
+  // If `grows` is true, the lattice grows when a deposit needs room. Otherwise, its border cuts the
+  // deposit off.
   void set_grows(bool grows) { grows_ = grows; }
 
-  // Sets how the wood's grain changes the cutting force; null: the force uses each material's u
-  // alone. It must outlive every run().
+  // Sets the grain of the wood, which changes the cutting force. Null: only each material's u
+  // counts. `grain` must outlive every run().
   void set_grain(const Grain* grain) { grain_ = grain; }
   const Grain* grain() const { return grain_; }
 
-  // Sets whether edits also sum the quantities for the chip's shape (Motion::chip).
+  // Sets whether edits also compute the sums for the chip's shape (Motion::chip).
   void set_chip(bool chip) { chip_ = chip; }
   bool chip() const { return chip_; }
 
-  // Grows the lattice for a deposit along `motion`, if it may grow. run() does so, too.
+  // Grows the lattice for a deposit along `motion`, if growing is permitted. run() calls this
+  // function.
   void make_room(const Tool& tool, const ToolMotion& motion, int substeps);
 
-  // Sweeps the tool along `motion` to `end` in `substeps` substeps (see substeps_of). Cuts, or
-  // deposits `material` if `deposits` is set. Adds the result to `removed`; images() returns what
-  // the images did.
+  // Sweeps the tool along `motion` to `end`, in `substeps` substeps (see substeps_of). If
+  // `deposits` is true, deposits `material`; otherwise cuts. Adds the result to `removed`, without
+  // the images.
   void run(const Tool& tool, const ToolMotion& motion, const Pose& end, int substeps, bool deposits,
            uint8_t material, int threads, Removed& removed);
 
-  // Volume that the images of the last run removed or added.
+  // Returns the volume that the images removed or added in the last run().
   const Removed& images() const { return images_; }
 
-  // True if the tool at `pose` is known to be clear of material: its own last cut ended there, and
-  // the model has not changed since.
+  // Returns true if no material is inside the tool at `pose`: the tool's own last cut ended at
+  // `pose`, and the model has not changed since then.
   bool is_clear(const Tool& tool, const Pose& pose) const {
     return clear_generation_ == model_.generation() && tool == clear_tool_ &&
            pose.tip == clear_pose_.tip && pose.frame == clear_pose_.frame;
   }
-  // After this call, is_clear() returns false until the next cut. A stroke calls it at its
-  // beginning, so that its result does not depend on earlier edits.
+  // Makes is_clear() return false until the next cut. Call it at the beginning of a stroke, so that
+  // the result does not depend on earlier edits.
   void forget() { clear_generation_ = kNever; }
 
  private:

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Result of one tick of a tool, for both DirectTool and SpringTool.
+// The result of one tick (one period of the servo loop) of a tool. DirectTool and SpringTool return
+// it.
 #pragma once
 
 #include <cstdint>
@@ -12,25 +13,26 @@
 namespace kibori {
 
 struct ToolTick {
-  // Of the tool: position of its tip at the end, displacement and turn.
+  // Motion of the tool: position of the tip at the end, displacement, and turn.
   TickMotion motion;
-  Pose pose;  // of the tool, at the end
-  // [N, N mm about the tip] DirectTool: on the tool. SpringTool: on the hand.
+  Pose pose;  // pose of the tool at the end
+  // The force [N] and the moment about the tip [N mm]. DirectTool: on the tool. SpringTool: on the
+  // hand.
   Wrench wrench;
-  Vec3 stretch_mm = Vec3::Zero();  // SpringTool: stretch that results in the wrench (see pull_of)
-  double removed_mm3 = 0;          // negative: deposited
-  // Lattice nodes that were removed or added: K of force model `paper`.
+  Vec3 stretch_mm = Vec3::Zero();  // SpringTool: the stretch that causes the wrench (see pull_of)
+  double removed_mm3 = 0;          // negative: added
+  // Number of lattice nodes that were removed or added: K of the force model `paper`.
   int64_t points = 0;
-  bool edited = false;    // the path was cut or filled; a replay must do the same
+  bool edited = false;    // the tick cut, filled or reshaped; a replay must do the same
   bool touching = false;  // SpringTool: material holds the tool back
-  bool cutting = false;   // SpringTool: material was cut
-  // SpringTool: the tool is inside material and waits to be pulled out.
+  bool cutting = false;   // SpringTool: material was cut or deposited
+  // SpringTool: the tool is inside material and must first be pulled out.
   bool inside = false;
-  bool clipped = false;  // a deposit reached beyond the lattice
-  double pressure = 1;   // of a pen, 0 to 1: input of ReshapeStroke
+  bool clipped = false;  // the lattice's border cut material off
+  double pressure = 1;   // pressure of a pen, 0 to 1: input of ReshapeStroke
 };
 
-// Tick in which the tool only moves, and ends exactly at `tip_mm`.
+// Returns the result of a tick in which the tool only moves. The tip ends exactly at `tip_mm`.
 inline ToolTick moved_tick(const ToolMotion& motion, const Vec3& tip_mm) {
   ToolTick tick;
   tick.pose = motion.at(1);

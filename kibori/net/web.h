@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
-// The network of Kibori: an event loop, a listener, HTTP connections and WebSockets. Boost.Asio and
-// Boost.Beast are behind this header, because a source that includes them costs up to a minute to
-// compile. Internal.
+// The network code of Kibori: an event loop, a listener, HTTP connections and WebSockets. This
+// header hides Boost.Asio and Boost.Beast, because a source that includes these takes up to a
+// minute to compile. Internal.
 //
 //   Listener --Socket--> HttpStream --upgrade()--> WebSocket      served, on a Loop
 //   WebSocketClient                                               a blocking client
 //
-// Callbacks run on the thread that calls Loop::run(). Objects belong to that thread. A callback
-// must keep alive the object that calls it. Bytes that are passed as a span must live until the
-// callback.
+// Callbacks run on the thread that calls Loop::run(). All objects on a loop belong to that thread.
+// An object must stay alive until it has called its callbacks, so a callback must keep its object
+// alive. Bytes that are passed as a span must stay valid until the callback runs.
 #pragma once
 
 #include <chrono>
@@ -30,15 +30,15 @@ namespace kibori::net {
 
 using Duration = std::chrono::steady_clock::duration;
 
-// An event loop that calls callbacks. Its destructor drops pending callbacks, with all objects that
-// they keep alive.
+// An event loop that calls callbacks. Its destructor drops the pending callbacks, and the objects
+// that only these callbacks keep alive.
 class Loop {
  public:
   Loop();
   ~Loop();
   // Calls `work` on the loop's thread. Any thread.
   void post(std::function<void()> work);
-  // Runs until stop(), or until nothing is pending.
+  // Runs until stop() is called, or until nothing is pending.
   void run();
   void stop();
 
@@ -54,9 +54,9 @@ class Timer {
  public:
   explicit Timer(Loop& loop);
   ~Timer();  // cancels
-  // Replaces a pending call.
+  // Calls `call` after the time `after`. Replaces a pending call.
   void start(Duration after, std::function<void()> call);
-  // The pending call is not made, even if its time has already passed.
+  // Cancels the pending call. The call is not made, even if its time has already passed.
   void cancel();
 
  private:
@@ -82,12 +82,12 @@ class Listener {
  public:
   explicit Listener(Loop& loop);
   ~Listener();  // closes
-  // Binds to a host name or numeric address. Port 0 chooses a free port. Error: the reason, such as
-  // "Address already in use".
+  // Binds to a host name or a numeric address, and listens. Port 0 chooses a free port. Error: the
+  // reason, such as "Address already in use".
   Status listen(const std::string& host, uint16_t port);
   uint16_t port() const;
-  // Calls on_connection for each new connection. If accepting fails, for example because of too
-  // many open files, it tries again after a second.
+  // Calls on_connection for each new connection. If a connection cannot be accepted, for example
+  // because too many files are open, tries again after a second.
   void start(std::function<void(Socket)> on_connection);
   void close();
 
@@ -98,25 +98,25 @@ class Listener {
 
 // ---- HTTP
 
-// The head of a request.
+// The head of an HTTP request: everything before its body.
 struct Request {
   std::string method, target;
   std::vector<std::pair<std::string, std::string>> headers;
   std::optional<uint64_t> content_length;
   bool chunked = false, keep_alive = false;
-  bool upgrade = false;  // asks for a WebSocket
+  bool upgrade = false;  // true: the request asks for a WebSocket
 
-  // Number of headers with this name. Names are compared without case.
+  // Returns the number of headers with this name. Upper and lower case are equal in names.
   size_t count(std::string_view name) const;
-  // The value of the first header with this name; empty if there is none.
+  // Returns the value of the first header with this name; empty if there is none.
   std::string_view header(std::string_view name) const;
 };
 
-// The headers Content-Length and Connection are added when the response is sent.
+// An HTTP response. The headers Content-Length and Connection are added when it is sent.
 struct Response {
   unsigned status = 200;
   std::vector<std::pair<std::string, std::string>> headers;
-  // A view must live until the response is sent.
+  // A string_view must stay valid until the response is sent.
   std::variant<std::string, std::string_view> body;
   bool keep_alive = false;
 };
@@ -135,35 +135,35 @@ struct RequestLimits {
 
 class WebSocket;
 
-// One HTTP connection of a server. One operation at a time.
+// One HTTP connection of a server. Only one operation may run at a time.
 class HttpStream {
  public:
   explicit HttpStream(Socket socket);
   ~HttpStream();
 
-  // Sets a deadline for the current and later operations: this time from now. Operations that are
-  // not finished by then fail.
+  // Sets a deadline, `time` from now, for the current operation and all later ones. An operation
+  // that is not finished by then fails.
   void expire_after(Duration time);
   void expire_never();
-  // Reads the head of the next request.
+  // Reads the head of the next request. Then request() returns it.
   void read_head(const RequestLimits& limits, std::function<void(Received)> done);
   const Request& request() const;
-  // Reads the body into a new file. If the file cannot be written, it returns false and does not
-  // call `done`.
+  // Reads the body into a new file. If the file cannot be opened, returns false and does not call
+  // `done`.
   bool receive_body(const std::filesystem::path& file, std::function<void(Received)> done);
   void write(Response response, std::function<void(bool ok)> done);
-  // Sends the file as the body. If the file cannot be read, it returns false and does not call
-  // `done`.
+  // Sends a response with the file as its body. If the file cannot be opened, returns false and
+  // does not call `done`.
   bool write_file(Response head, const std::filesystem::path& file,
                   std::function<void(bool ok)> done);
-  // Ends the connection after the peer has closed it, or after `linger`. Until then, it reads and
-  // drops the remaining input, because the peer would lose the response if this end closed at once.
-  // Keeps `owner` alive.
+  // Ends the connection when the peer has closed it, or after `linger`. Until then, reads the
+  // remaining input and drops it. (If this end closed at once, the peer could lose the response.)
+  // Keeps `owner` alive until the end.
   void finish(Duration linger, std::shared_ptr<void> owner);
-  // Ends the connection at once.
+  // Ends the connection at once. Has no effect after upgrade().
   void close();
-  // Turns the connection into a WebSocket, as the last request asks. This object must not be used
-  // afterwards.
+  // Turns the connection into a WebSocket, as the last request asks. Afterwards, this object must
+  // not be used, except for close().
   std::unique_ptr<WebSocket> upgrade();
 
  private:
@@ -182,8 +182,9 @@ struct WebSocketMessage {
 // Close codes of RFC 6455.
 constexpr uint16_t kCloseNormal = 1000, kClosePolicy = 1008, kCloseTryLater = 1013;
 
-// The server's end of a WebSocket. It sends binary messages. One read and one write at a time. It
-// pings a silent peer, and ends the connection if there is no answer within 30 s.
+// The server's end of a WebSocket. It sends binary messages. Only one read and one write may run at
+// a time. It pings a silent peer. If nothing arrives from the peer for 30 s, it ends the
+// connection.
 class WebSocket {
  public:
   struct State;  // internal
@@ -191,7 +192,7 @@ class WebSocket {
   ~WebSocket();
 
   void accept(std::function<void(bool ok)> done);
-  // Sets the maximum size of a message from the peer. A larger one ends the connection.
+  // Sets the maximum size of a message from the peer. A larger message ends the connection.
   void max_message(size_t bytes);
   // `done` receives nullopt if the connection has ended.
   void read(std::function<void(std::optional<WebSocketMessage>)> done);
@@ -204,14 +205,15 @@ class WebSocket {
   std::unique_ptr<State> state_;
 };
 
-// A blocking client. Each call waits at most `patience`. Not for a thread that runs a Loop.
+// A blocking client. Each call except resolve() waits at most `patience`. Do not use it on a thread
+// that runs a Loop.
 class WebSocketClient {
  public:
-  // max_message: 0 for no limit.
+  // `max_message` is the maximum size of a received message [bytes]; 0 means no limit.
   WebSocketClient(std::chrono::milliseconds patience, size_t max_message);
   ~WebSocketClient();
 
-  // Call these three in this order to connect. Errors are messages of the system.
+  // To connect, call these three in this order. An error is the message of the system.
   Status resolve(const std::string& host, const std::string& port);
   Status connect();
   Status handshake();

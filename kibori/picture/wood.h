@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Wood as a solid texture. web/src/view/wood.ts has the same texture: change both. Internal to
-// `picture`.
+// Wood as a solid texture. web/src/view/wood.ts has the same texture: change both files together.
+// Internal to `picture`.
 #pragma once
 
 #include <kibori/geometry/wood.h>
@@ -8,8 +8,8 @@
 namespace kibori {
 
 struct WoodPoint {
-  double dark;   // 0: early wood, light; 1: late wood, dark
-  double gloss;  // 0 ... 1
+  double dark;   // from 0 (light early wood) to 1 (dark late wood)
+  double gloss;  // from 0 to 1
 };
 
 WoodPoint wood_at(const Log& log, const Vec3& point);

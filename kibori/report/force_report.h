@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Reports of the forces of a carving: a CSV file with every tick, an SVG plot, and a JSON summary.
+// Reports on the forces of a carving: a CSV file with all ticks, an SVG plot, and a summary.
 #pragma once
 
 #include <string>
@@ -9,21 +9,25 @@
 
 namespace kibori {
 
-// Returns the marks of a plot: the labels of the path. Between two places labelled by single
-// letters A and B, adds the times of the first and last force, as A' and B'.
+// Returns the marks for a plot: the labels of the path. Between two neighbouring labels that are
+// single letters A and B, also marks the first force as A' and the last force as B'.
 std::vector<Mark> contact_marks(const Carving& carving);
 
-// Columns: time_s,x_mm,y_mm,z_mm,ax,ay,az,removed_mm3,points,fx_N,fy_N,fz_N,mx_Nmm,my_Nmm,mz_Nmm.
-// One row per tick. With a second hand: one row per tick and hand, and the column `hand`.
+// Returns a CSV file. Columns:
+// time_s,x_mm,y_mm,z_mm,ax,ay,az,removed_mm3,points,fx_N,fy_N,fz_N,mx_Nmm,my_Nmm,mz_Nmm. Each tick
+// has one row. With a second hand, each tick has one row per hand, and there is the column `hand`.
 std::string forces_csv(const Carving& carving);
-// Descriptions of a force model: a few words for a title, and a sentence to put below a plot.
+// Return descriptions of a force model: a few words for a title, and a sentence to put below a
+// plot.
 std::string model_title(const ForceLaw& law);
 const char* model_note(ForceModel model);
-// Plots |F|, |M| and their components over time, with marks on the axis and a note below. The scale
-// fits most ticks. Spikes are cut off at the edge of a panel, and marked there with their values.
+// Returns an SVG plot of |F|, |M| and their components over time, with marks and a note. The scale
+// fits nearly all ticks. Larger values are cut off at the edge of a panel, and marked there with
+// their numbers.
 std::string forces_svg(const Carving& carving, const std::string& title, const std::string& note);
+// Returns the summary as JSON.
 std::string summary_json(const CarveSummary& summary);
-// For people.
+// Returns the summary as text for people.
 std::string summary_text(const CarveSummary& summary);
 
 }  // namespace kibori

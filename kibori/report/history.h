@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The history of a document as text and as JSON.
+// Prints the history of a document as text and as JSON.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace kibori {
 
-// The steps and versions, one per line. The head is marked.
+// Return the steps and versions. The text has one line for each, and marks the head.
 std::string history_text(const Document& document);
 std::string history_json(const Document& document);
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Records of every tick of a document, for research: poses of hand and tool, computed and given
-// force and moment, removed volume per material. Formats are CSV, MCAP and HDF5. docs/recordings.md
-// describes the columns.
+// Records all ticks of a document, for research: the poses of hand and tool, the computed and the
+// given force and moment, and the removed volume of each material. The formats are CSV, MCAP and
+// HDF5. docs/recordings.md describes the columns.
 #pragma once
 
 #include <filesystem>
@@ -17,35 +17,36 @@ namespace kibori {
 // One tick of one hand.
 struct TickRecord {
   StepId step = 0;
-  double time_s = 0;  // since the recording's first tick; strokes follow one another
+  double time_s = 0;  // since the first tick of the recording; there are no gaps between strokes
   int hand = 1;       // 2: the second hand
   Mode mode = Mode::off;
   // Poses and wrenches are in the world's coordinates.
   Pose tool, hand_pose;  // [mm]
   Wrench computed;       // by the stroke's own force model [N, N mm]
-  Wrench given;          // sent to the device, if the document has it; otherwise NaN
+  Wrench given;          // sent to the device; NaN if the document does not have it
   double removed_mm3 = 0;
-  // For each material of the recording: volume that cuts removed; deposits are negative [mm^3].
+  // For each material of the recording: the volume that cuts removed [mm^3]. Deposits are negative.
   std::vector<double> removed_of;
   int64_t points = 0;  // number of lattice nodes that changed
   int line = 0;        // line of the milling program; 0: none
 };
 
-// Metadata of a recording. `about` is JSON with everything that readers need: program, version,
+// The metadata of a recording. `about` is JSON with all that readers need: program, version,
 // document, lattice, materials, units, clock, and the steps with their settings and device.
 struct TickRecords {
   std::string about;
-  std::vector<std::string> materials;  // of removed_of: all materials of all strokes
-  bool milled = false;                 // a milling program moved the tool in at least one stroke
+  std::vector<std::string> materials;  // materials of removed_of: those of all strokes
+  bool milled = false;                 // true if a milling program moved the tool in a stroke
 };
 
-// Collects the metadata of the steps that lead to `to`. Errors: a damaged document.
+// Returns the metadata of the steps on the path to `to`. Errors: the document is damaged.
 Result<TickRecords> about_ticks(const Document& document, StepId to);
 // Replays these steps, and calls use() with each tick. Errors: those of the replay and of use().
 Status for_tick_records(const Document& document, StepId to, const TickRecords& records,
                         const std::function<Status(const TickRecord&)>& use);
 
-// Writes the ticks into a file. Errors: those of the file. The file is complete or does not exist.
+// Write the ticks of these steps into a file, completely or not at all. Errors: those of the
+// replay; the file cannot be written.
 Status write_ticks_csv(const std::filesystem::path& path, const Document& document, StepId to);
 Status write_ticks_mcap(const std::filesystem::path& path, const Document& document, StepId to);
 Status write_ticks_hdf5(const std::filesystem::path& path, const Document& document, StepId to);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Alpha textures: grey patterns that modulate the falloff of a brush. Each is a square that repeats
-// in both directions. It is aligned with the stroke: u runs along the path and v across it, and the
-// square is as wide as the brush. So the dabs of a stroke continue one pattern.
+// Alpha textures: grey patterns that modulate the falloff of a brush. Each pattern is a square that
+// repeats in both directions. u runs along the path of the stroke, and v across it. The square is
+// as wide as the brush. The dabs of a stroke continue one pattern.
 #pragma once
 
 #include <array>
@@ -31,7 +31,7 @@ enum class Alpha {
   fur,
   ripples,
   studs,
-  picture  // the brush has its own: AlphaPicture
+  picture  // the user's picture: AlphaPicture
 };
 constexpr Names<14> names_of(Alpha) {
   return {"none",  "scales", "bark",     "hatching", "leather", "cracks", "pores",
@@ -40,31 +40,34 @@ constexpr Names<14> names_of(Alpha) {
 
 // A user's picture as a texture. Black has no effect, white the full effect.
 struct AlphaPicture {
-  // A dab has fewer cells across than that, so a larger picture would show no more.
+  // Side of the stored square [pixels]. A dab is fewer cells wide than this, so a larger picture
+  // would not show more detail.
   static constexpr int kSide = 256;
 
-  // Rows start at v = 0, which is the bottom of the picture.
+  // Grey values, row by row. Rows start at v = 0, which is the bottom of the picture.
   std::array<uint8_t, kSide * kSide> greys{};
 
   bool operator==(const AlphaPicture&) const = default;
 };
 
-// Reads a PNG and scales it to the square of a texture. Colours become their luminance. Errors:
-// those of parse_png_grey; more than kMaxPictureSide pixels on a side. `name`: for messages.
+// Reads a PNG and scales it to the square of a texture. Colours become grey by their luminance.
+// `name` is the picture's name in messages. Errors: parse_png_grey rejects the PNG; a side has more
+// than kMaxPictureSide pixels; read_alpha_picture cannot read the file.
 inline constexpr int kMaxPictureSide = 1024;
 Result<std::shared_ptr<const AlphaPicture>> parse_alpha_picture(std::span<const char> png,
                                                                 const std::string& name);
 Result<std::shared_ptr<const AlphaPicture>> read_alpha_picture(const std::filesystem::path& path);
 
-// The texture at (u, v), from 0 (the brush has no effect) to 1 (its full effect). It is
-// interpolated and repeats with a period of 1. `none` is 1, and so is `picture`: use the
-// second function for it. The result is the same on every machine. The first call for a texture
-// computes it, which takes some ms. Calls may come from any thread.
+// Returns the texture at (u, v): 0 if the brush has no effect there, 1 for the full effect. The
+// value is interpolated, and repeats with a period of 1. For `none` and `picture`, the first
+// function returns 1; the second function is for pictures. The result is the same on every machine.
+// The first call for a texture takes some ms, because it computes the texture. Calls may come from
+// any thread.
 double alpha_at(Alpha alpha, double u, double v);
 double alpha_at(const AlphaPicture& picture, double u, double v);
 
-// Directions and offset of the texture at a dab. Directions are unit vectors along and across the
-// path.
+// Position of the texture at a dab. `along` and `across` are unit vectors, along the path and
+// across it.
 struct AlphaFrame {
   Vec3 along = Vec3::UnitX(), across = Vec3::UnitY();
   double shift = 0;  // u at the dab's centre

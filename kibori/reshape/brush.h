@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The brush of a reshaping stroke, and the result of a dab. The brush acts on a ball. Its effect
-// fades towards the rim of the ball.
+// The settings of a brush, and the result of a dab (one change of the surface within the brush).
+// The brush acts in a ball. Its effect fades from the centre of the ball to its rim.
 #pragma once
 
 #include <array>
@@ -18,20 +18,20 @@
 
 namespace kibori {
 
-// The effect of a dab on the surface: see reshaper.h.
+// What a dab does to the surface. reshaper.h defines the verbs.
 enum class FieldVerb { smooth, rasp, fill, inflate, flatten, trim, build };
-// True if a verb works towards a plane.
+// Returns true if the verb moves the surface towards a plane.
 constexpr bool to_plane(FieldVerb verb) {
   return verb == FieldVerb::flatten || verb == FieldVerb::trim || verb == FieldVerb::build;
 }
-// True if a verb works towards the filtered surface.
+// Returns true if the verb moves the surface towards the smoothed surface.
 constexpr bool filters(FieldVerb verb) { return verb != FieldVerb::inflate && !to_plane(verb); }
 
-// How a brush fades from its centre (1) to its rim (0).
+// How the effect of a brush fades from 1 at its centre to 0 at its rim. See falloff_of_square().
 enum class Falloff { smooth, linear, constant };
 constexpr Names<3> names_of(Falloff) { return {"smooth", "linear", "constant"}; }
 
-// A plane that flatten, trim and build work towards. The normal points out of the material.
+// The plane for flatten, trim and build. The normal points out of the material.
 struct FlatPlane {
   Vec3 point_mm = Vec3::Zero();
   Vec3 normal = Vec3::UnitZ();
@@ -43,55 +43,58 @@ struct FlatPlane {
   bool operator==(const FlatPlane&) const = default;
 };
 
-// The plane of flatten, trim and build. `stroke`: fitted to the surface under the first dab; `dab`:
-// fitted under each dab; `plane`: the brush's own plane.
+// Selects the plane for flatten, trim and build. `stroke`: a plane fitted to the surface under the
+// first dab. `dab`: a plane fitted under each dab. `plane`: Brush::plane.
 enum class FlattenTo { stroke, dab, plane };
 constexpr Names<3> names_of(FlattenTo) { return {"stroke", "dab", "plane"}; }
 
-// What a dab of mode `mask` does to the mask of the surface. A negative strength does the opposite.
+// What a dab of the mode `mask` does to the mask of the surface. A negative strength has the
+// opposite effect.
 //
 //   paint      masks; the opposite clears
-//   invert     masks what is not masked, and the reverse; has no opposite
-//   blur       softens; the opposite sharpens
-//   cavity     also masks hollows of a few cells; the opposite: ridges
-//   height     also masks what is above the brush's plane; the opposite: below
-//   material   also masks one material; the opposite: all others
+//   invert     exchanges masked and unmasked; has no opposite
+//   blur       softens the mask; the opposite sharpens it
+//   cavity     also masks hollows of a few cells; the opposite also masks ridges
+//   height     also masks what is above the brush's plane; the opposite: what is below it
+//   material   also masks one material; the opposite: all other materials
 enum class MaskVerb { paint, invert, blur, cavity, height, material };
 constexpr Names<6> names_of(MaskVerb) {
   return {"paint", "invert", "blur", "cavity", "height", "material"};
 }
 
-// What the pressure of a pen changes (MoveTick::pressure). The brush has its own size and strength
-// at full pressure. Without pressure, the strength is 0, and the size is kMinPressedSize.
+// What the pressure of a pen changes (MoveTick::pressure). At full pressure, the brush has the size
+// and the strength of its settings. At pressure 0, the strength is 0, and the size is the share
+// kMinPressedSize of the setting.
 enum class PressureUse { none, size, strength, both };
 constexpr Names<4> names_of(PressureUse) { return {"none", "size", "strength", "both"}; }
 
 // The settings of a brush.
 struct Brush {
   double radius_mm = 5;
-  // 0..1. Inflate, crease, pinch and mask accept -1..1; a negative value does the opposite. For a
-  // warp: the share of the hand's displacement.
+  // 0..1. Inflate, crease, pinch and mask accept -1..1; a negative value has the opposite effect.
+  // For a warp: the share of the hand's displacement.
   double strength = 0.5;
   Falloff falloff = Falloff::smooth;
-  // Width of the smoothing filter (standard deviation) [mm]; 0: an eighth of the radius. A dab uses
-  // at most kMaxSigmaCells.
+  // Width of the smoothing filter (standard deviation) [mm]. 0 means an eighth of the radius. A dab
+  // uses at most kMaxSigmaCells.
   double sigma_mm = 0;
-  // smooth: volume lost at peaks is added everywhere within the brush; grab: the volume stays
-  // constant.
+  // Keeps the volume constant. With smooth, the brush adds the volume that peaks lose everywhere
+  // within its ball. With grab and nudge, the displacement itself keeps the volume.
   bool keep_volume = false;
   FlattenTo flatten_to = FlattenTo::dab;      // flatten, trim and build
   FlatPlane plane = {};                       // for FlattenTo::plane
-  std::array<uint8_t, 3> color{178, 58, 48};  // paint only: red, green, blue
-  // throw only: thickness of the wall to a second finger [mm]; 0: no second finger.
+  std::array<uint8_t, 3> color{178, 58, 48};  // red, green, blue; for paint
+  // For throw: distance of a second finger from the tool, across the wall [mm]. 0: no second
+  // finger.
   double wall_mm = 0;
   double spacing = 0.25;            // distance between dabs, as a share of the radius
-  MaskVerb mask = MaskVerb::paint;  // mask only
-  double mask_material = 0;         // for MaskVerb::material: its number
-  Alpha alpha = Alpha::none;        // of dabs: modulates the falloff
-  // The next two are not described by for_fields. Only a live session has a pen, and a scene names
-  // the file of its picture.
-  PressureUse pressure = PressureUse::none;               // of dabs
-  std::shared_ptr<const AlphaPicture> picture = nullptr;  // of Alpha::picture
+  MaskVerb mask = MaskVerb::paint;  // for the mode `mask`
+  double mask_material = 0;         // number of the material for MaskVerb::material
+  Alpha alpha = Alpha::none;        // texture of dabs, which modulates the falloff
+  // for_fields() does not describe the next two members. Only a live session has a pen. A scene
+  // names the picture's file instead.
+  PressureUse pressure = PressureUse::none;               // for dabs
+  std::shared_ptr<const AlphaPicture> picture = nullptr;  // for Alpha::picture
 
   static void for_fields(auto&& f) {
     constexpr Stored kUnlessDefault = Stored::unless_default;
@@ -114,13 +117,13 @@ struct Brush {
 };
 
 inline constexpr double kMaxSigmaCells = 4;
-// Size of a brush without pressure, as a share of its size at full pressure. A much smaller dab
-// would be narrower than a cell.
+// Size of a brush at pressure 0, as a share of its size at full pressure. With a much smaller
+// share, a dab would be narrower than a cell.
 inline constexpr double kMinPressedSize = 0.1;
 inline constexpr double kMinDabSpacing = 0.05, kMaxDabSpacing = 2;
 
-// Weight at a distance d from the brush's centre, in radii, where d^2 = `distance2`. Smooth: (1 -
-// d^2)^2; linear: 1 - d; constant: 1. It is 0 at 1 and beyond.
+// Returns the weight of a brush at the distance d from its centre [radii]. `distance2` is d^2.
+// Smooth: (1 - d^2)^2; linear: 1 - d; constant: 1. The weight is 0 if d is 1 or more.
 inline double falloff_of_square(Falloff falloff, double distance2) {
   if (!(distance2 < 1)) return 0;
   switch (falloff) {
@@ -137,15 +140,17 @@ inline double falloff_weight(Falloff falloff, double distance) {
   return falloff_of_square(falloff, distance * distance);
 }
 
-// The place of a dab. `plane` is for flatten, trim and build. The default is the brush's own plane,
-// or the plane fitted to the surface within the brush.
+// The place of a dab. `plane` is used by flatten, trim and build. Without a `plane`, these verbs
+// use Brush::plane if flatten_to is `plane`. Otherwise, they fit a plane to the surface within the
+// brush.
 struct DabPlace {
   Vec3 centre_mm = Vec3::Zero();
   std::optional<FlatPlane> plane = {};
   AlphaFrame alpha = {};
 };
 
-// The texture of a brush at `offset` from the centre of a dab, in radii.
+// Returns the value of the brush's texture, 0 to 1. `offset` is the distance from the dab's centre
+// [radii].
 inline double alpha_weight(const Brush& brush, const AlphaFrame& frame, const Vec3& offset) {
   if (brush.alpha == Alpha::none) return 1;
   const double u = frame.shift + 0.5 * offset.dot(frame.along),
@@ -154,15 +159,15 @@ inline double alpha_weight(const Brush& brush, const AlphaFrame& frame, const Ve
                                        : alpha_at(brush.alpha, u, v);
 }
 
-// The effect of dabs on the model. Volumes: dexel/volume.h.
+// The effect of dabs on the model. dexel/volume.h defines the volumes.
 struct Reshaped {
   double added_mm3 = 0, removed_mm3 = 0;
-  int64_t points = 0;    // lattice nodes that changed sides
-  bool clipped = false;  // material beyond the lattice was lost
-  // Share of the moved volume at the hand's own place. The rest is at the images of the hand.
+  int64_t points = 0;    // number of lattice nodes that changed sides
+  bool clipped = false;  // true if material beyond the lattice was lost
+  // The hand's share of the moved volume. The rest was moved by the images of the hand.
   double own = 1;
-  // For each material at the hand's own place: its share of the moved volume, and a weighted sum of
-  // positions. The centre is sum_mm / share.
+  // For each material at the hand's place: its share of the moved volume, and a weighted sum of
+  // positions. The material's centre is sum_mm / share.
   struct Part {
     double share = 0;
     Vec3 sum_mm = Vec3::Zero();
@@ -170,9 +175,9 @@ struct Reshaped {
   std::array<Part, kMaxMaterials> parts;
 };
 
-// Returns Ok if a dab accepts the brush: all numbers are finite, the radius is above 0, strength
-// and sigma are in range, and a plane has a normal. `below_0` permits a negative strength, which
-// does the opposite.
+// Returns Ok if all numbers of the brush are finite and in their ranges, and if it has all that its
+// mode needs: a plane for MaskVerb::height, a picture for Alpha::picture. If `below_0` is true, a
+// negative strength is accepted. Otherwise, returns an error for the user.
 Status check_brush(const Brush& brush, bool below_0);
 
 }  // namespace kibori

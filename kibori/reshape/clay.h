@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Clay at constant volume: the material that a tool displaces returns around it (Sato et al., for
-// bodies of any shape).
+// Clay at constant volume: the material that a tool displaces returns around the tool, as a collar
+// (Sato et al., for bodies of any shape).
 //
 //            tool
 //          \      /                       the surface around the tool rises:
@@ -10,11 +10,12 @@
 //
 //   w = falloff(|x - c| / R) * clamp(distance to the sweep / kRamp, 0, 1)
 //
-// Lambda is chosen so that the wanted volume is added (dexel/volume.h). The volume is measured from
-// the spans. With a tolerance of 5e-3 or more, it is estimated from the distances at nodes. The
-// sweep is the tool, swept forward and back by R along its motion and out along its axis. Nothing
-// rises in the sweep: a furrow stays open behind the tool, no wave forms in front of it, and
-// nothing closes over it.
+// c is the centre of the collar, R its radius, and falloff the smooth one of brush.h. Lambda is
+// chosen so that the collar adds the wanted volume (dexel/volume.h). The volume is measured from
+// the spans. If the tolerance is 5e-3 or more, it is estimated from the distances at nodes. The
+// sweep consists of the tool, moved by R forward and back along its motion, and by R out along its
+// axis. Nothing rises in the sweep. So a furrow stays open behind the tool, no wave forms in front
+// of it, and no material closes over it.
 #pragma once
 
 #include <array>
@@ -30,8 +31,8 @@
 
 namespace kibori {
 
-// A pressing tool. `direction`: unit vector of its motion, or 0 if it only turns. `middle_mm`:
-// centre of the material that it displaced last.
+// A tool that presses the clay. `direction` is the unit vector of its motion, or 0 if it only
+// turns. `middle_mm` is the centre of the material that the tool displaced last.
 struct PressingTool {
   Pose pose;
   Vec3 direction = Vec3::Zero();
@@ -40,35 +41,36 @@ struct PressingTool {
 
 class WriteBack;
 
-// Raises collars, and reuses its memory for the next one. One thread at a time.
+// Raises collars. Keeps its memory for the next collar. One thread may use it at a time.
 class Clay {
  public:
   Clay();
   ~Clay();
-  // Number of threads for a collar; results do not depend on it.
+  // Sets the number of threads for a collar. It does not change the result.
   void set_threads(int threads) {
     threads_ = threads;
     band_.set_threads(threads);
     path_band_.set_threads(threads);
   }
-  // Raises the surface within `radius_mm` of the centre of `tools[of]` until `volume_mm3` is added.
-  // A negative volume lowers it. `tolerance`: permitted error, as a share of the volume. From 5e-3
-  // on, the error may be a few percent larger: see WriteBack::rough_volume. One collar rises by at
-  // most kMaxRise, and not beyond the lattice. Nothing rises in the sweep of any of the tools. The
-  // volume has steps as a function of the rise. If the wanted volume is inside a step, the nearer
-  // side of the step is used. Errors: a position, radius or volume that is not finite; not enough
-  // memory for the region.
+  // Raises the surface within `radius_mm` of `tools[of].middle_mm` until `volume_mm3` is added. A
+  // negative volume lowers the surface. `tolerance` is the permitted error, as a share of the
+  // volume. If it is 5e-3 or more, the error may be a few percent larger: see
+  // WriteBack::rough_volume. A collar rises by at most kMaxRise, and not beyond the lattice.
+  // Nothing rises in the sweeps of `tools`. The volume has steps as a function of the rise. If the
+  // wanted volume is inside a step, the collar uses the nearer side of the step. Errors: a
+  // position, radius or volume is not finite; the radius is not above 0; the collar takes too much
+  // memory.
   Result<Reshaped> raise(TriDexel& model, const Tool& tool, std::span<const PressingTool> tools,
                          size_t of, double radius_mm, double volume_mm3, double tolerance);
 
-  // Memory of the largest collar so far [bytes].
+  // Returns the memory of the largest collar so far [bytes].
   size_t kept_bytes() const { return kBytesPerNode * band_.phi().capacity(); }
 
-  // kRamp: distance from the sweep [cells] at which the collar has its full height. kMaxRise:
-  // maximum rise of one collar [cells]. The rise is less than kRamp, so that rising nodes do not
-  // pass fixed ones.
+  // kRamp: distance from the sweep at which the collar has its full height [cells]. kMaxRise:
+  // maximum rise of a collar [cells]. It is less than kRamp, so that nodes that rise do not pass
+  // nodes that do not.
   static constexpr double kRamp = 4, kMaxRise = 3;
-  // Bytes of bands and weights per node of a collar.
+  // Memory of the bands and weights, for each node of a collar [bytes].
   static constexpr size_t kBytesPerNode = 40;
 
  private:
@@ -80,14 +82,14 @@ class Clay {
 
   int threads_ = 1;
   NodeBand band_, path_band_;
-  // The sweeps of the tools only, on their own lattice.
+  // A model on its own lattice that contains only the sweeps of the tools.
   std::unique_ptr<TriDexel> scratch_;
   Snapshot empty_;
   NodeValues after_;
   std::vector<NodeBlock> touched_;
   std::unique_ptr<WriteBack> writer_;
-  std::vector<detail::FloatRow> weights_;  // of each block's nodes
-  std::vector<double> areas_;              // of each block's surface, weighted
+  std::vector<detail::FloatRow> weights_;  // one per touched block
+  std::vector<double> areas_;              // weighted area of the surface in each block
 };
 
 }  // namespace kibori

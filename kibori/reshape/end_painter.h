@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Changes the colours and masks of the surface's ends within the places of a brush.
+// Changes the colours and masks of the surface's ends within the places of a brush (its balls).
 #pragma once
 
 #include <algorithm>
@@ -15,13 +15,13 @@
 
 namespace kibori {
 
-// The places of a brush [cells].
+// The balls of a brush, around its places [cells].
 struct BrushPlaces {
   std::vector<Vec3> centres;
   double radius = 0;
-  std::vector<AlphaFrame> frames = {};  // one per centre
+  std::vector<AlphaFrame> frames = {};  // one for each centre
 
-  // The sum of the weights of all places at a point [cells], at most 1.
+  // Returns the sum of the weights of all places at the point `at` [cells], at most 1.
   double weight(const Brush& brush, const Vec3& at) const {
     double sum = 0;
     for (size_t i = 0; i < centres.size(); i++) {
@@ -33,7 +33,7 @@ struct BrushPlaces {
   }
 };
 
-// An end of the surface. A place where two materials touch is not one.
+// An end that is on the surface of the material. Where two materials touch, there is no such end.
 struct PaintedEnd {
   Vec3 at;  // [cells]
   Color color;
@@ -45,8 +45,8 @@ struct PaintedEnd {
   Vec3 normal() const { return decode_normal(normal_code, axis, out); }
 };
 
-// The rays of a field that the places reach, as (v - first v) << 16 | (u - first u). Each ray
-// occurs once.
+// Returns the rays of a field in the squares around the places, without duplicates. Each ray is
+// coded as (v - first v) << 16 | (u - first u).
 inline std::vector<uint32_t> rays_within(const BrushPlaces& places, const Lattice& lattice,
                                          Axis axis) {
   const int u_axis = u_index(axis), v_axis = v_index(axis);
@@ -73,8 +73,8 @@ inline std::pair<int, int> place_of_ray(uint32_t ray, const Lattice& lattice, Ax
           lattice.low()[v_index(axis)] + static_cast<int>(ray >> 16)};
 }
 
-// Calls f(index, end) for the ends of a ray's spans; index 2 i is where span i begins, 2 i + 1
-// where it ends.
+// Calls f(index, end) for the ends of a ray's spans that are on the surface. Span i begins at the
+// end with index 2 i, and stops at the end with index 2 i + 1.
 template <class F>
 void for_ends_of_ray(std::span<const Span> spans, Axis axis, int u, int v, F&& f) {
   Vec3 at;
@@ -94,7 +94,7 @@ void for_ends_of_ray(std::span<const Span> spans, Axis axis, int u, int v, F&& f
   }
 }
 
-// Calls f(end) for the ends of all fields on the rays within the places.
+// Calls f(end) for the ends of all fields, on all rays that rays_within() returns.
 template <class F>
 void for_ends(const TriDexel& model, const BrushPlaces& places, F&& f) {
   std::vector<Span> spans;
@@ -107,8 +107,8 @@ void for_ends(const TriDexel& model, const BrushPlaces& places, F&& f) {
     }
 }
 
-// Replaces the colours of the ends on the rays within the places by color(end). Returns the number
-// of ends that changed.
+// Sets the colour of each end on these rays to color(end). Returns the number of ends whose colour
+// changed.
 template <class F>
 int64_t recolor(TriDexel& model, const BrushPlaces& places, F&& color) {
   std::vector<Span> spans;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Computes the mask of an end that a mask brush aims for.
+// Computes the new mask of an end under a mask brush.
 #pragma once
 
 #include <cstdint>
@@ -12,12 +12,13 @@
 
 namespace kibori {
 
-// For one dab. Reads the surface within the places and next to them, before the dab changes it.
+// The rule of one dab. The constructor reads the surface within the places and around them. The dab
+// must not have changed the surface before.
 class MaskRule {
  public:
   MaskRule(const TriDexel& model, const Brush& brush, const BrushPlaces& places);
 
-  // The mask that the brush aims for, from 0 to 1 (fully masked).
+  // Returns the mask that the brush aims for, from 0 (no mask) to 1 (fully masked).
   double wanted(const PaintedEnd& end) const;
 
  private:
@@ -26,7 +27,7 @@ class MaskRule {
     float mask;
   };
   void read(const TriDexel& model, BrushPlaces places);
-  // Calls f(near, distance) for the ends within reach.
+  // Calls f(near, distance) for the ends within reach_ of the point.
   template <class F>
   void for_near(const Vec3& at, F&& f) const;
   double mean_mask(const PaintedEnd& end) const;
@@ -35,7 +36,7 @@ class MaskRule {
   const Brush& brush_;
   Vec3 plane_point_;  // [cells]
   double reach_ = 0;  // [cells]
-  // The ends in cubes of side reach_, and the range of each cube.
+  // near_ has the ends, sorted by cubes of side reach_. cubes_ has the range of each cube in near_.
   std::vector<Near> near_;
   std::unordered_map<uint64_t, std::pair<uint32_t, uint32_t>> cubes_;
 };

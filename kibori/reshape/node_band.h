@@ -1,28 +1,31 @@
 // SPDX-License-Identifier: MIT
-// Signed distances at the lattice nodes near the surface, from the ends of all three fields
-// together. Therefore, values that are computed from them cannot differ by field.
+// Reads the signed distances phi of the lattice nodes near the surface. The ends of all three
+// fields give one distance per node. Therefore, values that are computed from phi cannot differ
+// between the fields.
 //
-//   inside     phi < 0, decided by the z field
-//   |phi|      from the node's nearest end (place p, normal n), at a distance d = x - p:
+//   inside     phi < 0; the z field decides
+//   |phi|      the node x has a nearest end with the place p and the normal n; with d = x - p:
 //              max(|d . n|, sqrt(max(0, |d|^2 - 1))), at most `width`
 //
-// The 1 is a sideways distance of one cell. Up to that distance, |phi| is the distance from the
-// end's plane. A field sees a plane if the component of the plane's normal along the field's rays
-// is at least 0.75 of the largest component. It then has an end within 0.97 cells of each point of
-// the plane. Therefore, nodes that are no neighbours of the surface need the ends of only one
-// field. These are the `major` ends:
+// The 1 in the formula is a sideways distance of one cell. Up to this distance, |phi| is the
+// distance from the end's plane: the plane through the end, at right angles to its normal.
+//
+// A field sees a plane if one condition is true: along the field's rays, the component of the
+// plane's normal is at least 0.75 of the largest component. Then the field has an end within 0.97
+// cells of each point of the plane. Therefore, a node that has no end on its own lattice edges
+// needs the ends of only one field. These ends are called `major`:
 //
 //   z   if the z field sees the plane
 //   y   if the y field sees it, unless the component along z is above 0.87 of the largest
 //   x   if the x field sees it, unless the component along z or y is above 0.87 of the largest
 //
-// So there is a range of 4 degrees in which two fields have major ends. Each of the other ends
-// serves only the two nodes of its lattice edge.
+// There is a range of 4 degrees in which two fields have major ends. The other ends are called
+// minor. A minor end serves only the two nodes of its lattice edge.
 //
-// Nodes are processed in rows along x. The fewest rows are near a surface if the rows run along it.
-// Therefore, a band can be read with the model's axes renamed (AxisTurn). Then boxes, nodes,
-// places, normals, axes and fields all use the new names. The z field above is the field with the
-// new name z.
+// The code processes nodes in rows along x. A row is divided into blocks of 16 nodes. If the rows
+// run along the surface, only few rows are near it. Therefore, a band can be read with the model's
+// axes renamed (the band's turn, an AxisTurn). Then boxes, nodes, places, normals, axes and fields
+// all use the new names. The z field above is then the field whose new name is z.
 #pragma once
 
 #include <algorithm>
@@ -40,7 +43,8 @@
 
 namespace kibori {
 
-// Nodes low <= (i, j, k) < high. The box may extend beyond the lattice; nodes there are outside.
+// The nodes (i, j, k) with low <= (i, j, k) < high. The box may extend beyond the lattice. Nodes
+// beyond the lattice are outside the material.
 struct NodeBox {
   Index3 low = Index3::Zero(), high = Index3::Zero();
 
@@ -54,17 +58,17 @@ struct NodeBox {
     return (other.low >= low).all() && (other.high <= high).all();
   }
 
-  // Index into arrays with one element per node, x fastest.
+  // Returns a node's index in arrays with one element per node of the box. x varies fastest.
   size_t index(int i, int j, int k) const {
     return static_cast<size_t>(k - low[2]) * stride(2) +
            static_cast<size_t>(j - low[1]) * stride(1) + static_cast<size_t>(i - low[0]);
   }
-  // Steps of an index along x, y and z.
+  // Returns the difference of the indices of two neighbours along an axis (0, 1, 2: x, y, z).
   size_t stride(int axis) const {
     const auto nx = static_cast<size_t>(high[0] - low[0]);
     return axis == 0 ? 1 : axis == 1 ? nx : nx * static_cast<size_t>(high[1] - low[1]);
   }
-  // `place`: an index below 2^32.
+  // Returns the node with the index `place`, which must be below 2^32.
   Index3 node_at(size_t place) const {
     const auto nx = static_cast<uint32_t>(high[0] - low[0]),
                ny = static_cast<uint32_t>(high[1] - low[1]);
@@ -74,24 +78,26 @@ struct NodeBox {
   }
 };
 
-// The nodes of a lattice.
+// Returns the box of all nodes of a lattice.
 inline NodeBox lattice_nodes(const Lattice& lattice) { return {lattice.low(), lattice.high()}; }
 
-// A subset of the 16 nodes (i, j, k) ... (i + 15, j, k) of a box. Bit n of `nodes` is node i + n.
+// Some of the 16 nodes (i, j, k) ... (i + 15, j, k) of a box. If bit n of `nodes` is set, the node
+// (i + n, j, k) is one of them.
 struct NodeBlock {
   int i, j, k;
-  // NodeBox::index of the first node; for the box's own blocks, the block number is place / 16
+  // NodeBox::index of the node (i, j, k). If the block comes from NodeBand, its number is place /
+  // 16.
   uint32_t place;
   uint16_t nodes;
 
   int first() const { return std::countr_zero(nodes); }
   int last() const { return 15 - std::countl_zero(nodes); }
-  // The nodes with low <= i < high.
+  // Returns the bits of the nodes whose first coordinate c has low <= c < high.
   unsigned nodes_along(int low, int high) const {
     const int first = std::clamp(low - i, 0, 16), end = std::clamp(high - i, first, 16);
     return nodes & ((1u << end) - (1u << first));
   }
-  // Calls f(n) for each node.
+  // Calls f(n) for each node, where n is its bit.
   template <class F>
   void for_nodes(F&& f) const {
     for (unsigned bits = nodes; bits; bits &= bits - 1) f(std::countr_zero(bits));
@@ -102,7 +108,7 @@ struct NodeBlock {
 struct SurfaceEnd {
   Eigen::Vector3f place;   // [lattice units]
   Eigen::Vector3f normal;  // unit, out of the material
-  Axis axis : 8;           // of the ray
+  Axis axis : 8;           // axis of the ray
   uint8_t material;
   Color paint;
 };
@@ -112,17 +118,17 @@ struct BandSlice;
 
 namespace detail {
 
-// A block: 16 consecutive nodes along x, or the rays through them.
+// One value for each of 16 nodes along x (a block), or for each of the rays through them.
 struct alignas(64) FloatRow {
   float lane[16];
 };
 struct alignas(64) IndexRow {
   int32_t lane[16];
 };
-// Regions of one brush differ by up to a node per side. The extra memory lets them share one
-// allocation.
+// Returns the number of elements to allocate for `size` elements. The regions of one brush differ
+// by up to one node per side. The extra room lets all of them use one allocation.
 inline size_t with_room(size_t size) { return size + size / 8; }
-// Aligned memory, so that no row of 16 crosses a cache line.
+// Allocates aligned memory, so that no row of 16 values crosses a cache line.
 template <class T>
 struct RowAllocator {
   using value_type = T;
@@ -138,7 +144,7 @@ struct RowAllocator {
   }
   bool operator==(const RowAllocator&) const = default;
 };
-// Makes `size` items with unspecified values.
+// Resizes `items` to `size` elements. Their values are unspecified.
 template <class T, class A>
 void make_items(std::vector<T, A>& items, size_t size) {
   if (size > items.capacity()) {
@@ -147,11 +153,11 @@ void make_items(std::vector<T, A>& items, size_t size) {
   }
   items.resize(size);
 }
-// Memory that is written before it is read, so it is not cleared when it grows.
+// Memory that the owner writes before it reads. Therefore, the memory is not cleared when it grows.
 template <class T>
 class Uncleared {
  public:
-  // Returns true if the memory is new.
+  // Makes room for `size` elements. Returns true if the memory is new.
   bool resize(size_t size) {
     if (size <= size_) return false;
     items_.reset();
@@ -168,11 +174,12 @@ class Uncleared {
   std::unique_ptr<T[]> items_;
   size_t size_ = 0;
 };
-// The items of a ray, as a range of indices.
+// The items (spans, ends or layers) of one ray or block of rays: their range in a list.
 struct RayItems {
   uint32_t first = 0, count = 0;
 };
-// For each ray of a block: one end (negative: none), or one span.
+// For each of the 16 rays of a block: the depth and the index of one end. A negative index means
+// that the ray has no end in this layer. BandSpans has one span of each ray.
 struct EndLayer {
   FloatRow depth;
   IndexRow end;
@@ -188,26 +195,27 @@ struct DepthRange {
     high = std::max(high, depth);
   }
 };
-// Memory of one slice of nodes during the search for nearest ends.
+// Working memory for the search of nearest ends in one slice of nodes. A seed is the nearest end on
+// a node's own ray. A row value is the nearest end on all rays of a node's row.
 struct BandScratch {
-  // The squared distance of a node without an end. It is the initial value of rows before each
-  // slice, and of seeds before each field.
+  // The squared distance of a node without an end. Row values get it before each slice, and seeds
+  // before each field.
   float too_far = 0;
   Uncleared<FloatRow> seed_distance2, row_distance2;
   Uncleared<IndexRow> seed_end, row_end;
-  // Per block:
-  // - it has seeds,
-  // - there are seeds near it along the row,
-  // - number of adjacent rows with nodes whose nearest end may be in this row.
+  // For each block:
+  // - seeded: true if the block has seeds,
+  // - seeds_near: true if there are seeds near the block along its row,
+  // - rows_near: number of neighbouring rows whose nodes may have their nearest end in this block.
   std::vector<uint8_t> seeded, seeds_near, rows_near;
-  size_t cols = 0, margin = 0;  // of the seeds
-  bool prepared = false;        // for the field
+  size_t cols = 0, margin = 0;  // layout of the seeds: blocks per row, empty blocks around it
+  bool prepared = false;        // true if prepare() has run for the current field
 
   void prepare(const BandSlice& slice);
   void clear_seeds();
 };
 
-// Nodes low <= i < high of a row along x.
+// The nodes low <= i < high of a row along x. i counts from the start of the row.
 struct RowRange {
   uint32_t low = UINT32_MAX, high = 0;
 
@@ -221,38 +229,41 @@ struct RowRange {
 
 struct BandPlane;
 
-// One value per node of a box.
+// One value for each node of a box.
 using NodeValues = std::vector<float, detail::RowAllocator<float>>;
 
-// The nodes of a box that are read, with the names after the band's turn.
+// Selects the nodes of a box to read. Coordinates use the axis names after the band's turn.
 struct BandPart {
-  // Distances are read within a ball of radius `reach` around `centre` [lattice units]. The ball is
-  // grown by `around` along each axis. Some nodes next to it are read too.
+  // Distances are read within a ball around `centre` with the radius `reach` [lattice units]. The
+  // ball is extended by `around` along each axis. Some nodes next to the ball are read too.
   LatticePoint centre = {};
   float reach = kFar, around = 0;
-  // Sides (inside or outside) are computed for nodes in the ball near a node with a known distance:
-  // at most this number of nodes away along each axis.
+  // A node's side is `inside` or `outside`. Sides are computed for nodes of the ball that are at
+  // most `margin` nodes away along each axis from a node with a known distance. kAll: for all nodes
+  // of the ball.
   static constexpr uint32_t kAll = UINT32_MAX;
   uint32_t margin = kAll;
 };
 
-// The turn of the axes after which rows along x follow the surface in a ball most closely.
+// Returns the turn that makes rows along x follow the surface best. It considers the surface in the
+// ball around `centre` with the radius `reach` [lattice units].
 AxisTurn turn_along_surface(const TriDexel& model, const LatticePoint& centre, double reach);
 
-// Reads and stores signed distances. Keeps its memory between uses.
+// Reads and stores signed distances. Keeps its memory between calls. One thread may use it at a
+// time.
 class NodeBand {
  public:
-  // Number of threads of read(). It does not change the result.
+  // Sets the number of threads of read(). It does not change the result.
   void set_threads(int threads) { threads_ = threads; }
-  // Reads a part of the nodes of `box`, with the names after `turn`. phi of the other nodes is
-  // unspecified. Distances beyond `width` [lattice units] are not resolved. The band's box may be
-  // longer along x, because its rows are whole blocks.
+  // Reads the nodes of `box` that `part` selects. phi of the other nodes is unspecified. `box` and
+  // `part` use the axis names after `turn`. |phi| is at most `width` [lattice units], which must be
+  // below 250. box() may be longer along x than `box`, because rows consist of whole blocks.
   void read(const TriDexel& model, const NodeBox& box, float width, AxisTurn turn = {},
             const BandPart& part = {});
 
-  // Reads some nodes of `box`. `nodes` is in the order of their indices. phi of the other nodes is
-  // unspecified. The function uses only the nodes' indices in the box, so `nodes` may come from
-  // another box of the same size.
+  // Reads only the nodes `nodes` of `box`, which must be sorted by index. phi of the other nodes is
+  // unspecified. The function uses only the nodes' indices, so `nodes` may come from another box of
+  // the same size.
   void read_at(const TriDexel& model, const NodeBox& box, float width,
                const std::vector<NodeBlock>& nodes, AxisTurn turn = {});
 
@@ -260,7 +271,7 @@ class NodeBand {
   const NodeBox& box() const { return box_; }
   float width() const { return width_; }
   size_t index(int i, int j, int k) const { return box_.index(i, j, k); }
-  // Number of blocks of 16 nodes in a row. block() returns the `at`-th one.
+  // Returns the number of blocks in a row. block() returns block number `at` of the row (j, k).
   size_t blocks_a_row() const { return blocks_; }
   NodeBlock block(size_t at, int j, int k) const {
     const int i = box_.low[0] + static_cast<int>(at * 16);
@@ -270,11 +281,13 @@ class NodeBand {
   size_t stride(int axis) const { return box_.stride(axis); }
   const NodeValues& phi() const { return phi_; }
   const std::vector<SurfaceEnd>& ends() const { return ends_; }
-  // Nodes with a known distance, each once, in the order of their indices.
+  // Returns the nodes with a known distance, sorted by index. A distance is known if the node has
+  // an end within the width. Each node occurs once.
   const std::vector<NodeBlock>& blocks() const { return known_blocks_; }
-  // The subset with |phi| < depth, in the same order.
+  // Writes the nodes with a known distance and |phi| < depth to `to`, sorted by index.
   void blocks_within(float depth, std::vector<NodeBlock>& to) const;
-  // The same subset after keep(block) has removed nodes from each block. Runs on all threads.
+  // Like above, but then calls keep(block) for each block. keep() may remove nodes from the block.
+  // Several threads call keep() at the same time.
   template <class Keep>
   void blocks_within(float depth, std::vector<NodeBlock>& to, Keep&& keep) const {
     detail::make_items(to, known_blocks_.size());
@@ -287,26 +300,28 @@ class NodeBand {
     std::erase_if(to, [](const NodeBlock& block) { return block.nodes == 0; });
   }
   Index3 node_at(size_t index) const { return box_.node_at(index); }
-  // The three fields, ordered by the share of the surface that each measures best, largest first.
+  // Returns the three fields, sorted by their number of major ends, largest first. This number
+  // measures the area that the field sees best.
   std::array<Axis, 3> order_by_surface() const;
-  // rows_of returns the range of each row that contains the nodes. spread_rows extends ranges to
-  // the rows within `reach` nodes along one axis.
+  // rows_of() writes for each row of the box the range that contains its nodes of `nodes`.
+  // spread_rows() extends the ranges `from` to the rows within `reach` nodes along `axis`.
   void rows_of(const std::vector<NodeBlock>& nodes, std::vector<detail::RowRange>& to) const;
   void spread_rows(const std::vector<detail::RowRange>& from, int axis, uint32_t reach,
                    std::vector<detail::RowRange>& to) const;
-  // Copies phi of these nodes to the same indices of `to`, and of all nodes up to two nodes away
-  // along each axis. It may copy some more.
+  // Copies phi of `nodes`, and of all nodes up to two nodes away from them along each axis. The
+  // indices in `to` are the same as in phi(). The function may copy more nodes.
   void copy_phi(const std::vector<NodeBlock>& nodes, NodeValues& to);
-  // The same for all nodes with a computed side. Call it only after a read() with a
-  // BandPart::margin.
+  // Copies phi of all nodes whose side was computed. Precondition: the last read() had a
+  // BandPart::margin other than kAll.
   void copy_computed_phi(NodeValues& to) const { copy_rows(computed_, to); }
-  // A node's nearest end; null if there is none within the width.
+  // Returns the nearest end of node n of the block. Returns null if no end is within the width.
   const SurfaceEnd* nearest(const NodeBlock& block, int n) const {
     return nearest(block.place + static_cast<size_t>(n));
   }
-  // True if some end has a mask.
+  // Returns true if at least one end that was read has a mask.
   bool masked() const { return masked_; }
-  // That end's material. It does not read the end if all ends have one material.
+  // Returns the material of the nearest end of node n of the block, or nullopt without such an end.
+  // If all ends have one material, the function does not read the end.
   std::optional<uint8_t> material(const NodeBlock& block, int n) const {
     const SurfaceEnd* end = nearest(block, n);
     if (!end) return std::nullopt;
@@ -321,12 +336,12 @@ class NodeBand {
   void read_wanted(const TriDexel& model, const NodeBox& box, float width, const BandPart& part,
                    const std::vector<NodeBlock>* wanted);
   void read_spans(const TriDexel& model);
-  // For one field: its major ends and its other ends. The major ends are in layers for blocks of
-  // rays; those of the x field are in lists for single rays.
+  // The major and the minor ends of one field. For y and z rays, `rays` has the layers of each
+  // block of rays. For x rays, `rays` has the range of `ends` for each ray.
   struct FieldEnds {
     std::vector<SurfaceEnd> ends, minor;
-    uint64_t materials = 0;  // bits
-    bool masked = false;     // one of them has a mask
+    uint64_t materials = 0;  // one bit per material
+    bool masked = false;     // true if at least one end has a mask
     std::vector<detail::RayItems> rays;
     std::vector<detail::EndLayer> layers;
     std::vector<detail::DepthRange> of_rows, of_rays;
@@ -349,34 +364,36 @@ class NodeBand {
 
   AxisTurn turn_;
   NodeBox box_;
-  size_t nx_ = 0, ny_ = 0, nz_ = 0, blocks_ = 0;  // blocks_: blocks of 16 nodes per row
+  size_t nx_ = 0, ny_ = 0, nz_ = 0, blocks_ = 0;  // blocks_: blocks per row
   int threads_ = 1;
   float width_ = 0, reach_ = 0, around_ = 0;
   Eigen::Vector3f centre_ = Eigen::Vector3f::Zero();
-  float farthest_ = 0;  // maximum useful distance of an end from a node
-  // As in BandSlice, by axis: of nodes (along x: of blocks), and of their ends.
+  float farthest_ = 0;  // maximum distance from a node to an end that it can use
+  // As in BandSlice, for each axis: values for nodes and for ends. Along x, one value per block.
   std::array<std::vector<float>, 3> away_, ends_away_;
   NodeValues phi_;
-  // Per block: squared distance and index of the nearest end so far, and the nodes that have one.
+  // For each block: squared distances and indices of the nearest ends so far. known_ has the bits
+  // of the nodes that have a nearest end.
   detail::Uncleared<detail::FloatRow> distance2_;
   detail::Uncleared<detail::IndexRow> nearest_;
   std::vector<uint16_t> known_;
   std::vector<SurfaceEnd> ends_;
-  size_t first_minor_ = 0;  // in ends_
+  size_t first_minor_ = 0;  // index of the first minor end in ends_
   std::optional<uint8_t> only_material_;
   bool masked_ = false;
   std::vector<NodeBlock> known_blocks_;
-  std::array<FieldEnds, 3> fields_;  // after the join, as indices into ends_
-  // If only some nodes are wanted: the nodes of each block. By axis, for columns of kColumn by
-  // kColumn rays: the depths at which ends may be nearest to one of them.
+  std::array<FieldEnds, 3> fields_;  // join_ends() makes their indices refer to ends_
+  // wanted_: the bits of the nodes to read in each block, unless all_wanted_ is true. depths_: for
+  // each axis and each column of kColumn by kColumn rays, the depths of the ends that these nodes
+  // may need.
   bool all_wanted_ = true;
   std::vector<uint16_t> wanted_;
   static constexpr int kColumn = 8;
   std::array<std::vector<detail::DepthRange>, 3> depths_;
-  // Spans of the z field, by blocks of rays.
+  // The spans of the z field: the layers of each block of rays.
   std::vector<detail::RayItems> rays_;
   std::vector<detail::BandSpans> span_layers_;
-  std::vector<detail::BandScratch> scratch_;  // per thread
+  std::vector<detail::BandScratch> scratch_;  // one per thread
   std::array<std::vector<detail::RowRange>, 2> rows_;
   std::vector<detail::RowRange> computed_;
 };

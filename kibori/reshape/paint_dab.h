@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Paint and masks: dabs that change the colour or the mask of the surface within a brush, and move
-// nothing.
+// Dabs (changes within a brush) of paint and of masks. They change the colour or the mask of the
+// surface, but move nothing.
 #pragma once
 
 #include <cstdint>
@@ -13,17 +13,18 @@
 
 namespace kibori {
 
-// Blends the brush's colour into every end of the surface within it, with strength times falloff.
-// An unpainted end starts with its material's colour. Falloffs of several places add up, to at most
-// 1. Returns the number of ends whose colour changed. `materials` must not be empty. A material
-// number beyond it uses the last one. Errors: a brush that check_brush rejects, or a place that is
-// not finite.
+// Blends the brush's colour into every end of the surface within the brush. The share of the
+// brush's colour is strength times falloff, minus what the mask protects. An unpainted end starts
+// with the colour of its material. The falloffs of several places add up, to at most 1. Returns the
+// number of ends whose colour changed. `materials` must not be empty. If it has no element for a
+// material number, its last element is used. Errors: check_brush rejects the brush; a place is not
+// finite.
 Result<int64_t> paint_dab(TriDexel& model, const Brush& brush, std::span<const DabPlace> at,
                           std::span<const Material> materials);
 
-// Changes the mask of every end within the brush by the rule brush.mask, with strength times
-// falloff. Returns the number of ends whose mask changed. Errors: as those of paint_dab; a mask by
-// height without a plane.
+// Changes the mask of every end within the brush by the rule brush.mask, with the share strength
+// times falloff. Returns the number of ends whose mask changed. Errors: check_brush rejects the
+// brush (a mask by height needs a plane); a place is not finite.
 Result<int64_t> mask_dab(TriDexel& model, const Brush& brush, std::span<const DabPlace> at);
 
 }  // namespace kibori

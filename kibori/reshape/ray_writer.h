@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: MIT
-// Writes nodes that change sides into the spans of one field. It reads each ray, rebuilds the part
-// between two nodes that do not change, and writes this part. Internal to `reshape`.
+// Writes changes of nodes (inside or outside) into the spans of one field. A run is a sequence of
+// changed nodes on one ray, between two nodes that do not change. The writer rebuilds the part of
+// the ray between these two nodes, and keeps the rest. Internal to `reshape`.
 //
-// The template argument `Change` describes the change. After on_ray(axis, u, v), its other
-// functions describe that ray. k is the index of a node along the ray:
+// The template argument `Change` describes the change. A call of on_ray(axis, u, v) selects a ray
+// for its other functions. k is the index of a node along this ray:
 //
-//   changes(k)       true if the node, or an end next to it, may change
-//   inside(k)        after the change
-//   was_inside(k)    before the change
-//   end_on(k, ends)  the end between nodes k - 1 and k, after the change
-//   material(depth)  of new material without old material next to it
-//   dress(end)       normal (any length) and paint of an end that is new or moved
+//   changes(k)             true if the node, or an end next to it, may change
+//   inside(k)              true if the node is inside after the change
+//   was_inside(k)          true if the node was inside before the change
+//   end_on(k, out, run)    the end between nodes k - 1 and k, after the change
+//   material(depth)        the material for new material that touches no old material
+//   dress(end)             normal (any length) and paint of an end that is new or moved
 #pragma once
 
 #include <algorithm>
@@ -28,26 +29,28 @@
 
 namespace kibori {
 
-// An old end belongs to the lattice edge that contains it. Float32 rounding may move it past the
-// edge's node by up to this distance [cells].
+// Maximum rounding error of an end's depth [cells]. An old end belongs to the lattice edge that
+// contains it. But float32 rounding may move it past the edge's node by this distance.
 inline constexpr float kEdgeSlack = 1e-2f;
 
 inline float node_depth(int k) { return static_cast<float>(k) + 0.5f; }
 
 struct DepthInterval {
   float from, to;
-  float weight_from = 0, weight_to = 0;  // of its ends (depth_weight); 0 where the run cuts it off
+  // depth_weight of each end; 0 where the run cuts the interval
+  float weight_from = 0, weight_to = 0;
 };
 
 // An end after the change.
 struct NewEnd {
   float depth = 0;
   bool out = false;
-  bool known = false;   // it existed before, with these values:
-  uint32_t normal = 0;  // its code
+  bool known = false;   // true if the end existed before the change, with this normal and paint
+  uint32_t normal = 0;  // normal code
   Color paint = 0;
+  // Distance that a known end moved along the ray
   float moved = 0;
-  int edge = 0;  // between nodes edge - 1 and edge
+  int edge = 0;  // the end is between nodes edge - 1 and edge
 };
 
 struct Dress {
@@ -55,22 +58,24 @@ struct Dress {
   Color paint = 0;
 };
 
-// A run of changed nodes on one ray of one field, between two nodes that do not change.
+// One run on a ray of one field.
 struct RayRun {
-  std::vector<Span> before;          // of the whole ray
-  std::vector<DepthInterval> was;    // the same between `from` and `to`
+  std::vector<Span> before;          // the spans of the whole ray before the change
+  std::vector<DepthInterval> was;    // the old intervals of material between `from` and `to`
   std::vector<DepthInterval> solid;  // the new intervals between `from` and `to`
   std::vector<NewEnd> ends;
   float from = 0, to = 0;
   bool changes = false;
-  double interfaces = 0;  // change of interface_volume by the run, once it is written
+  double interfaces = 0;  // change of interface_volume by the run; set by write()
 
-  // True if the span's end is a surface of the material. Where spans touch, two materials meet.
+  // Returns true if this end of before[i] is a surface of the material. Where two spans touch, two
+  // materials meet and there is no surface.
   bool is_surface(size_t i, bool out) const {
     return out ? i + 1 == before.size() || before[i + 1].in != before[i].out
                : i == 0 || before[i - 1].out != before[i].in;
   }
-  // The old end between nodes k - 1 and k: the first `out` end, or the last `in` end.
+  // Returns the old end between nodes k - 1 and k. If there are several, it is the first `out` end
+  // or the last `in` end. `known` is false if there is none.
   NewEnd old_end(int k, bool out) const {
     NewEnd end;
     end.out = out;
@@ -90,8 +95,8 @@ struct RayRun {
   }
 };
 
-// Sum of the corrections (dexel/volume.h) of both sides where spans of a ray touch. It is not 0 if
-// the sides have different normals.
+// Sums the volume corrections (dexel/volume.h) of both sides of each place where two spans of a ray
+// touch. The sum is not 0 if the two sides have different normals.
 template <class Spans>
 double interface_volume(const Spans& spans) {
   double sum = 0;
@@ -105,8 +110,9 @@ double interface_volume(const Spans& spans) {
   return sum;
 }
 
-// Volume that a run adds and removes (dexel/volume.h) [cells^3]: the corrections of its ends, and
-// its nodes in the z field. run.interfaces is 0 until the run is written.
+// Returns the volumes that a run adds and removes (dexel/volume.h) [cells^3]. They consist of the
+// corrections of its ends and, if `of_z` is true, of its nodes. run.interfaces is 0 until the run
+// is written.
 inline std::pair<double, double> volumes(const RayRun& run, bool of_z) {
   const auto volume = [&](const DepthInterval& piece) {
     // An end may be exactly at the run's upper node.
@@ -114,8 +120,8 @@ inline std::pair<double, double> volumes(const RayRun& run, bool of_z) {
     const RayVolume v(piece.from, piece.to, piece.weight_from, piece.weight_to);
     return v.correction() + (of_z ? v.nodes() : 0);
   };
-  // Intersection of two intervals. If both have an end at the same depth, the weight of the first
-  // interval's end is used.
+  // Returns the intersection of two intervals. If both have an end at the same depth, the result
+  // has the weight of the first interval.
   const auto shared = [](const DepthInterval& one, const DepthInterval& other) {
     DepthInterval both = one;
     if (other.from > one.from) {
@@ -137,10 +143,10 @@ inline std::pair<double, double> volumes(const RayRun& run, bool of_z) {
   return {is - both + std::max(0.0, run.interfaces), was - both + std::max(0.0, -run.interfaces)};
 }
 
-// The nodes that may change on the rays of one field: ranges low <= k < high of each ray.
+// The nodes that may change, for all rays of one field. Each ray has ranges low <= k < high.
 class RayRanges {
  public:
-  // Clears the ranges, for the nodes of `box`.
+  // Removes all ranges. Then include() and include_row() accept the nodes of `box`.
   void reset(Axis axis, const NodeBox& box) {
     u_ = u_index(axis);
     v_ = v_index(axis);
@@ -149,15 +155,16 @@ class RayRanges {
     ranges_.assign(static_cast<size_t>(box.size()[u_]) * static_cast<size_t>(box.size()[v_]), {});
     before_.clear();
   }
-  // Adds a node to the range of its ray. Calls may be in any order. A range also includes all nodes
-  // between its first and its last node.
+  // Adds a node to its ray. Calls may be in any order. Each ray has one range, from its first to
+  // its last node.
   void include(const Index3& node) {
     Range& range = ranges_[place(node[u_], node[v_])];
     range.low = std::min(range.low, node[d_]);
     range.high = std::max(range.high, node[d_] + 1);
   }
-  // Adds a row of nodes along x, for y or z rays. Call it in increasing order of depth along the
-  // rays. Bit n of `nodes` is the node n steps after `at`. Precondition: `nodes` is not 0.
+  // Adds a row of nodes along x. If bit n of `nodes` is set, the node n steps after `at` is added.
+  // Use this function only for fields along y or z, and in increasing order of depth. `nodes` must
+  // not be 0.
   void include_row(const Index3& at, unsigned nodes) {
     const Index3 first = at + Index3(std::countr_zero(nodes), 0, 0);
     const auto step = u_ == 0 ? size_t{1} : static_cast<size_t>(box_.size()[u_]);
@@ -183,7 +190,7 @@ class RayRanges {
       for (int tu = tile_of_node(box_.low[u_]); tu <= tile_of_node(box_.high[u_] - 1); tu++)
         f(tu, tv);
   }
-  // Calls f(u, v, low, high) for the ranges of a tile's rays.
+  // Calls f(u, v, low, high) for each range of each ray in a tile.
   template <class F>
   void for_rays(int tu, int tv, F&& f) const {
     const int u0 = std::max(box_.low[u_], tu * kTileSide),
@@ -205,7 +212,7 @@ class RayRanges {
  private:
   struct Range {
     int low = INT_MAX, high = INT_MIN;
-    uint32_t before = 0;  // the ray's previous range, counted from 1 in before_; 0: none
+    uint32_t before = 0;  // index + 1 of the ray's previous range in before_; 0: none
   };
   size_t place(int u, int v) const {
     return static_cast<size_t>(v - box_.low[v_]) * static_cast<size_t>(box_.size()[u_]) +
@@ -214,14 +221,14 @@ class RayRanges {
 
   NodeBox box_;
   int u_ = 0, v_ = 1, d_ = 2;
-  std::vector<Range> ranges_;  // last range of each ray
+  std::vector<Range> ranges_;  // the last range of each ray
   std::vector<Range> before_;
 };
 
 template <class Change>
 class RayWriter {
  public:
-  // `axis`: the field's axis in the frame of the change.
+  // `axis` is the field's axis, with the axis names of the change.
   RayWriter(const FieldSnapshot& field, Axis axis, Change& change)
       : axis_(axis),
         depth_begin_(static_cast<float>(field.depth_begin())),
@@ -229,9 +236,9 @@ class RayWriter {
         field_(field),
         change_(change) {}
 
-  // Calls f(run) for every run of changed nodes that changes spans of the ray at (u, v). It
-  // considers nodes low <= k < high. The change must also know the nodes low - 1 and high, which do
-  // not change.
+  // Finds the runs among the nodes low <= k < high of the ray at (u, v). Calls f(run) for each run
+  // that changes spans of the ray. f may write the run. The change must also know the nodes low - 1
+  // and high, which must not change.
   template <class F>
   void for_runs(int u, int v, int low, int high, F&& f) {
     change_.on_ray(axis_, u, v);
@@ -277,7 +284,7 @@ class RayWriter {
   }
 
  private:
-  // Computes the new ray between the changed nodes low <= k < high, into run_.
+  // Computes the run of the changed nodes low <= k < high, into run_.
   void solve(int low, int high) {
     run_.from = std::max(depth_begin_, node_depth(low - 1));
     run_.to = std::min(depth_end_, node_depth(high));
@@ -301,7 +308,7 @@ class RayWriter {
     }
     if (in) run_.solid.push_back({start, run_.to, start_weight, 0});
     find_old_intervals(low, high);
-    // The number of ends also changes if a span without a node vanishes.
+    // The number of ends also changes if a span that contains no node vanishes.
     size_t ends_before = 0;
     for (size_t i = 0; i < run_.before.size(); i++) {
       const Span& span = run_.before[i];
@@ -309,7 +316,8 @@ class RayWriter {
       ends_before += run_.is_surface(i, true) && span.out > run_.from && span.out <= run_.to;
     }
     run_.changes |= ends_before != run_.ends.size();
-    // Rounding may have made this field differ from the others at a node. Then write the run, too.
+    // Rounding may have made this field differ from the others at a node. Then the run is written
+    // too.
     for (int k = low; k < high && !run_.changes; k++) {
       const auto holds = [&](const Span& span) {
         return span.in <= node_depth(k) && node_depth(k) < span.out;
@@ -319,7 +327,8 @@ class RayWriter {
     }
   }
 
-  // The material between the run's ends, for its volume. Spans that touch are one interval.
+  // Finds the old intervals of material between the ends of the run, to compute their volume. Spans
+  // that touch become one interval.
   void find_old_intervals(int low, int high) {
     run_.was.clear();
     for (size_t i = 0; i < run_.before.size(); i++) {
@@ -341,7 +350,8 @@ class RayWriter {
       if (old.from <= old.to) run_.was.push_back(old);
     }
   }
-  // Moves an end that is tied to a node (dexel/volume.h) to the side that matches the node's state.
+  // Returns the depth of an old end. If the end is tied to a node (dexel/volume.h), the depth is
+  // moved to the side of the node that matches the node's old state.
   float near_node(float depth, float weight, bool out, int low, int high) const {
     if (!is_tied(depth, weight)) return depth;
     const int k = tied_node(depth);
@@ -368,7 +378,7 @@ class RayWriter {
     return end;
   }
 
-  // Fills the gaps of `solid` with the adjacent material.
+  // Fills the gaps within `solid` with the material of the adjacent spans.
   void fill(Field& field, Tile& tile, int slot, const RayRun& run,
             const DepthInterval& solid) const {
     const auto deposit = [&](float from, float to, const Span* neighbour) {
@@ -383,7 +393,7 @@ class RayWriter {
     const Span* last = nullptr;
     for (const Span& span : run.before) {
       if (span.out <= solid.from || span.in >= solid.to) {
-        // It may end exactly where the solid begins.
+        // The span may end exactly where `solid` begins.
         if (span.out == solid.from) last = &span;
         continue;
       }
@@ -394,7 +404,7 @@ class RayWriter {
     deposit(reached, solid.to, last);
   }
 
-  // Sets normal and paint of an end that is new or moved.
+  // Writes the normal and the paint of an end that is new or moved.
   void finish(Field& field, Tile& tile, int slot, const NewEnd& end) const {
     Plane* plane = &tile.first;
     while (plane &&
@@ -416,8 +426,8 @@ class RayWriter {
   std::vector<Span> after_;
 };
 
-// Writes every run of `ranges` into the field, whose axis is `axis` in the frame of the change.
-// Calls on_run(run) after each.
+// Writes all runs of `ranges` into the field. Calls on_run(run) after each run. `axis` is the
+// field's axis, with the axis names of the change.
 template <class Change, class F>
 void write_runs(Field& field, Axis axis, const RayRanges& ranges, Change& change, F&& on_run) {
   RayWriter<Change> writer(field.view(), axis, change);

@@ -1,23 +1,23 @@
 // SPDX-License-Identifier: MIT
-// Field operations: verbs that move the surface a little along its normal, dab by dab. A dab reads
-// the signed distances of its region (node_band.h), changes them, and writes the change back
-// (write_back.h). Its cost is that of the region, for any size of the model.
+// Field operations: dabs (single changes) that move the surface a little along its normal. A dab
+// reads the signed distances phi of its region (node_band.h), changes them, and writes the change
+// back (write_back.h). The time of a dab depends on the size of the region, not of the model.
 //
-//   smooth     phi + s w (G phi - phi)       G: a Gaussian of the brush's sigma
+//   smooth     phi + s w (G phi - phi)       G: Gaussian filter with the brush's sigma
 //   rasp       max(phi, smooth)              removes peaks only
 //   fill       min(phi, smooth)              fills hollows only
-//   inflate    phi - s w sigma               below 0: deflate
-//   flatten    phi + s w (plane - phi)       plane: height over it, out of the material
-//   trim       max(phi, flatten)             removes what is above the plane only
-//   build      min(phi, flatten)             adds up to the plane, raised by sigma
+//   inflate    phi - s w sigma               with s below 0: deflate
+//   flatten    phi + s w (plane - phi)       plane: height above the plane, along its normal
+//   trim       max(phi, flatten)             removes only what is above the plane
+//   build      min(phi, flatten)             adds material up to the plane, raised by sigma
 //
-// Here s is the strength and w the falloff of brush.h. Smoothing at full strength removes a slab
-// thinner than 1.6 sigma.
+// Here s is the brush's strength and w its falloff (brush.h). Smoothing at full strength removes
+// slabs that are thinner than 1.6 sigma.
 //
-// The mask of the surface (color.h) reduces w: each node has the mask of its nearest end.
+// The mask of the surface (color.h) reduces w. A node has the mask of its nearest end.
 //
-// A dab may have images elsewhere. If their regions meet, their falloffs add up in one dab: to at
-// most 1, or kMaxSum for inflate.
+// A dab may have images at other places. If the regions of images meet, they become one dab with
+// the sum of the falloffs. The sum is limited to 1, or to kMaxSum for inflate.
 #pragma once
 
 #include <algorithm>
@@ -36,21 +36,21 @@ namespace kibori {
 
 class WriteBack;
 
-// Computes dabs, and keeps its memory between them. For one thread at a time.
+// Computes dabs, and keeps its memory between them. One thread may use it at a time.
 class Reshaper {
  public:
   Reshaper();
   ~Reshaper();
-  // Number of threads of a dab. It does not change the result.
+  // Sets the number of threads of a dab. It does not change the result.
   void set_threads(int threads) {
     threads_ = threads;
     band_.set_threads(threads);
   }
-  // One dab on the model, at the hand's place and those of its images. Does nothing if the brush
-  // meets no surface. `pending_mm3` is volume that earlier dabs with `keep_volume` did not restore.
-  // The dab restores at most the volume that raises the surface by 0.02 cells. Errors: a brush that
-  // check_brush rejects, a place or plane that is not finite, a region of more than 2^31 nodes, or
-  // too little memory.
+  // Makes one dab at each place: the hand's place first, then its images. Does nothing where the
+  // brush meets no surface. `pending_mm3` is the volume that earlier dabs with `keep_volume` did
+  // not restore. The dab restores at most the part of it that raises the surface by 0.02 cells.
+  // Errors: check_brush rejects the brush; a place or plane is not finite; a region has more than
+  // 2^31 nodes or takes too much memory.
   Result<Reshaped> dab(TriDexel& model, FieldVerb verb, const Brush& brush,
                        std::span<const DabPlace> places, double pending_mm3 = 0);
   Result<Reshaped> dab(TriDexel& model, FieldVerb verb, const Brush& brush, const Vec3& centre_mm,
@@ -59,37 +59,38 @@ class Reshaper {
     return dab(model, verb, brush, std::span(&place, 1));
   }
 
-  // The surface within the brush, weighted by the falloff.
+  // The surface within the brush. The falloff weights the means.
   struct SurfaceSample {
-    FlatPlane plane;       // through its centre of area, with its mean normal
+    FlatPlane plane;       // through the centre of the area, with the mean normal
     uint8_t material = 0;  // the most common one
   };
-  // nullopt if there is no surface, or if its normals cancel out.
+  // Returns nullopt if the brush meets no surface, if the normals cancel out, or if check_brush
+  // rejects the brush.
   std::optional<SurfaceSample> surface_under(const TriDexel& model, const Brush& brush,
                                              const Vec3& centre_mm);
 
-  // Memory of the largest region so far [bytes].
+  // Returns the memory of the largest region so far [bytes].
   size_t kept_bytes() const { return kBytesPerNode * band_.phi().capacity(); }
 
   static constexpr double kMaxSum = 4;
-  // Memory of band and filter per node of a region [bytes].
+  // Memory of the band and of the filter, for each node of a region [bytes].
   static constexpr size_t kBytesPerNode = 24;
 
  private:
-  // A place within reach of the lattice, in lattice units.
+  // A place whose ball meets the lattice, in lattice units.
   struct Centre {
     LatticePoint at;
-    FlatPlane flat;  // for verbs that work towards a plane, point in lattice units
+    FlatPlane flat;  // plane of verbs that need one; its point is in lattice units
     AlphaFrame alpha;
   };
-  // Places whose regions meet.
+  // Places whose regions meet. They are processed as one dab.
   struct Cluster {
     NodeBox region;
     std::vector<Centre> centres;
     bool own = false;    // true if the hand's place is one of them
     double pending = 0;  // [lattice units^3]
 
-    // A middle point, and the largest distance of the centres from it.
+    // Returns a middle point, and the largest distance of a centre from it.
     std::pair<LatticePoint, double> middle() const;
     Cluster turned(AxisTurn by) const;
   };
@@ -101,7 +102,7 @@ class Reshaper {
   void weigh(const Brush& brush, const Cluster& cluster, double radius, double max_sum,
              std::optional<float> core);
   void mask_weights(FieldVerb verb);
-  // Calls f(index, weight) for the nodes that a verb may change, or for those of one block.
+  // Calls f(index, weight) for all nodes that the verb may change, or for those of block `b`.
   template <class F>
   void for_touched(F&& f) const {
     for (size_t b = 0; b < touched_.size(); b++) for_touched(b, f);
@@ -121,13 +122,13 @@ class Reshaper {
   NodeBand band_;
   std::vector<float> kernel_;
   NodeValues after_, first_, second_;
-  // The nodes that a verb may change. Per block, the falloff at each node, and the height over
-  // the plane for verbs that work towards one.
+  // The nodes that the verb may change. weights_ has the falloff at each node of each block.
+  // heights_ has the heights above the plane, for verbs that need one.
   using BlockValues = std::array<float, 16>;
   std::vector<NodeBlock> touched_;
   std::unique_ptr<WriteBack> writer_;
   std::vector<BlockValues> weights_, heights_;
-  std::array<std::vector<detail::RowRange>, 3> rows_;  // per pass of the filter
+  std::array<std::vector<detail::RowRange>, 3> rows_;  // one for each pass of the filter
 };
 
 }  // namespace kibori

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The crossings of lattice rays with triangles, without gaps. Corners are on a grid of 2^-16 cells.
-// Therefore, a side that two triangles share has the same numbers in both, and a ray through it
-// belongs to one of them. Internal to `reshape`.
+// Finds the crossings of lattice rays with triangles. A closed mesh of triangles has no gaps,
+// because all corners are on a grid of 2^-16 cells. Therefore, two triangles that share a side use
+// the same numbers for it, and a ray through the side belongs to exactly one of them. Internal to
+// `reshape`.
 #pragma once
 
 #include <algorithm>
@@ -14,18 +15,21 @@
 namespace kibori {
 
 inline constexpr int kGridBits = 16;
-inline constexpr int64_t kGrid = int64_t{1} << kGridBits;  // steps per cell
+inline constexpr int64_t kGrid = int64_t{1} << kGridBits;  // grid steps per cell
 
 using GridPoint = std::array<int64_t, 3>;
 
-// The grid point nearest to a place in lattice units, within 2^31 cells.
+// Returns the grid point nearest to a place in lattice units. Coordinates must be within 2^31
+// cells.
 inline GridPoint grid_point(const Vec3& at) {
   const auto step = [&](int i) { return std::llround(at[i] * static_cast<double>(kGrid)); };
   return {step(0), step(1), step(2)};
 }
 
-// Calls f(u, v, depth, out, weights) for each ray along `d` through the triangle. u is along axis d
-// + 1, v along d + 2. A ray through an edge or corner belongs to one of the triangles around it.
+// Calls f(u, v, depth, out, weights) for each ray along axis `d` (0, 1, 2: x, y, z) through the
+// triangle. u counts rays along axis d + 1, and v along d + 2 (modulo 3). `out` is true if the ray
+// leaves the material there. `weights` are the barycentric coordinates for a, b, c. A ray through
+// an edge or a corner belongs to one of the triangles around it.
 template <class F>
 void for_rays_through(const GridPoint& a, const GridPoint& b, const GridPoint& c, int d, F&& f) {
   const auto iu = static_cast<size_t>((d + 1) % 3), iv = static_cast<size_t>((d + 2) % 3),

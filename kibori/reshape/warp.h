@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Parametric strokes: a WarpMap moves the surface from its state at the start of the stroke. It
-// always uses that state, so the same parameters give the same model after any sequence of moves.
-// With zero parameters, the model equals that state, bit for bit.
+// Parametric strokes. A WarpMap moves the surface from its state at the start of the stroke. Each
+// warp begins with that state, so the result depends only on the current parameters. With zero
+// parameters, the model equals that state, bit for bit.
 //
-// The surface's triangles (surface.h) are moved. Stretched ones are split, and the rays that they
-// cross are computed again. Sharp edges stay sharp. Rays that no moved triangle crosses keep their
-// spans. The three fields agree: the z field decides the nodes, and the other two only the
-// positions between them.
+// A warp moves the triangles of the surface (surface.h). It splits stretched triangles, and
+// computes the rays that they cross again. Sharp edges stay sharp. Rays that no moved triangle
+// crosses keep their spans. The three fields agree, because the z field decides the nodes. The
+// other two fields decide only the positions between nodes.
 #pragma once
 
 #include <array>
@@ -27,40 +27,42 @@ namespace kibori {
 
 class Warp {
  public:
-  // begin() starts a stroke on the current model. Until the next begin(), nothing else may change
-  // the model.
+  // Call begin() at the start of a stroke. It stores the model's state. Until the next begin(),
+  // only this object may change the model.
   explicit Warp(TriDexel& model) : model_(model) {}
   void begin();
-  // Number of threads of a warp. It does not change the result.
+  // Sets the number of threads of a warp. It does not change the result.
   void set_threads(int threads) { threads_ = threads; }
 
-  // Sets whether the model's lattice grows if a warp needs room. Otherwise, the material beyond it
-  // is cut off. The growth depends only on the lattice at begin() and on this warp, not on the
-  // warps between.
+  // If `grows` is true, the model's lattice grows when a warp needs room. Otherwise, the material
+  // beyond the lattice is cut off. The growth depends on the lattice at begin() and on the current
+  // warp, not on earlier warps.
   void set_grows(bool grows) { grows_ = grows; }
 
   // Sets the model to its state at begin(), warped. The result is relative to that state. `drags`
-  // are in mm, for the hand and its images. If several reach a point, their displacements add up.
-  // `grab_connected` and `hook` move only the surface of connected material. It must be connected,
-  // within the brush's reach, with the material at the drag's centre. Errors: a brush that
-  // check_brush rejects, a drag that is not finite or longer than kMaxDragRadii, more than
-  // kMaxDrags, or too little memory for the region. An error leaves the model unchanged.
+  // are in mm, one for the hand and one for each of its images. If several drags move a point,
+  // their displacements add up. `grab_connected` and `hook` move only connected material: a path
+  // through material within the brush's reach must connect it with the drag's centre. Errors:
+  // check_brush rejects the brush; a drag is not finite or longer than kMaxDragRadii; its axis or
+  // normal is not a unit vector; there are more than kMaxDrags; the region takes too much memory.
+  // After an error, the model is unchanged or has its state at begin().
   Result<Reshaped> warp(WarpVerb verb, const Brush& brush, const std::vector<Drag>& drags);
 
+  // Maximum displacement of a drag, in radii of the brush.
   static constexpr double kMaxDragRadii = 100;
   static constexpr size_t kMaxDrags = 128;
 
  private:
-  // The maps that may move a point.
+  // The maps that may move a point: one bit per map.
   using Movers = std::bitset<kMaxDrags>;
   struct Vertex {
     Vec3 at;
-    double share;  // of the maps' displacement: unmasked_share
+    double share;  // share of the maps' displacement that the mask lets through (unmasked_share)
     std::array<float, 3> normal;
     uint8_t material;
     Color paint;
   };
-  // A moved triangle's crossing with a ray.
+  // The crossing of a ray with a moved triangle.
   struct Crossing {
     uint64_t ray;  // see ray_key
     double depth;
@@ -69,20 +71,20 @@ class Warp {
     Color paint;
     Eigen::Vector3f normal;
   };
-  // A crossing of an original triangle with a z ray.
+  // The crossing of a z ray with an original triangle.
   struct OldCrossing {
     double depth;
     int triangle;
     bool out;
   };
-  using Crossings = std::array<std::vector<Crossing>, 3>;  // of each field's rays
+  using Crossings = std::array<std::vector<Crossing>, 3>;  // one list per axis of rays
   class Change;
   struct Corner;
 
   Result<Reshaped> warp_once(WarpVerb verb, const Brush& brush, const std::vector<Drag>& drags);
   Result<Reshaped> put(const std::vector<WarpMap>& maps);
   void restore_base();
-  // True if the warp needs a larger lattice, and can have it.
+  // Returns true if the warp needs a larger lattice, and may enlarge it.
   bool needs_room() const;
   Result<Reshaped> keep_volume(std::vector<WarpMap>& maps, double radius, Reshaped result);
   void read(const NodeBox& box);
@@ -109,32 +111,32 @@ class Warp {
   TriDexel& model_;
   int threads_ = 1;
   std::optional<Snapshot> base_;
-  uint64_t generation_ = 0;  // of the model after the last warp
+  uint64_t generation_ = 0;  // generation of the model after the last warp
   bool warped_ = false, grows_ = false;
-  Lattice lattice_;    // of the model in this warp
+  Lattice lattice_;    // lattice of the model in the current warp
   LatticeBox room_;    // the box that lattice_ must contain
   LatticeBox needed_;  // box of the moved surface
-  // Data of the base, within box_.
+  // Data of the model's state at begin(), within box_.
   NodeBox box_;
   std::map<std::array<int, 3>, SurfaceChunk> chunks_;
   std::vector<Vertex> vertices_;
   std::vector<std::array<uint32_t, 3>> triangles_;
-  std::vector<uint8_t> before_;  // true if the node is inside
+  std::vector<uint8_t> before_;  // 1 if the node is inside
   std::vector<int8_t> mesh_;     // winding number of the triangles around each node
   std::vector<std::vector<OldCrossing>> columns_;
   // Data of the current warp.
-  bool clipped_ = false;                // a vertex moved beyond the lattice
-  std::vector<GrabReach> reaches_;      // of grab_connected, for each map
-  std::vector<Movers> movers_;          // of each vertex
-  std::vector<Vec3> moved_;             // vertices
-  std::vector<Vec3> turned_;            // their normals, computed on demand
+  bool clipped_ = false;                // true if a vertex moved beyond the lattice
+  std::vector<GrabReach> reaches_;      // reaches of connected grabs, one per map
+  std::vector<Movers> movers_;          // one per vertex
+  std::vector<Vec3> moved_;             // moved vertices
+  std::vector<Vec3> turned_;            // normals of the moved vertices, computed on demand
   std::vector<uint8_t> turning_;        // state of turned_
-  std::vector<uint8_t> stays_, moves_;  // vertices that stay, triangles that move
+  std::vector<uint8_t> stays_, moves_;  // 1 for a vertex that stays; 1 for a triangle that moves
   Crossings crossings_;
-  std::vector<Crossings> pieces_;  // parts of crossings_, in order
+  std::vector<Crossings> pieces_;  // parts of crossings_, in the order of the work
   std::vector<uint8_t> after_, flags_;
   std::vector<uint32_t> flagged_;
-  // nodes at which the other two fields overrule the z field; in order
+  // Indices of nodes at which the x and y fields overrule the z field, sorted.
   std::vector<uint32_t> outvoted_;
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Runs a scene: makes the stock, moves the tool tick by tick, and passes each tick's result to the
-// caller.
+// Runs a scene: makes the stock, moves the tools tick by tick, and passes the result of each tick
+// to the caller.
 #pragma once
 
 #include <filesystem>
@@ -18,7 +18,7 @@
 
 namespace kibori {
 
-// State of one hand's tool after a tick, and the tick's result.
+// The tool of one hand after a tick, and the result of the tick.
 struct CarvedTick {
   const Tool& tool;
   Pose pose;
@@ -29,20 +29,20 @@ struct CarvedTick {
 struct CarveOptions {
   int threads = 1;                                  // does not change the result
   bool force = false;                               // see StockOptions::force
-  std::filesystem::path document;                   // written during carving; empty: none
-  bool keep_forces = false;                         // also store forces in the document
+  std::filesystem::path document;                   // a new document of the carving; empty: none
+  bool keep_forces = false;                         // also store the forces in the document
   std::function<void(double share)> progress;       // 0..1, every 64 ticks and at the end
-  std::function<void(const std::string&)> warning;  // one sentence per call
-  // Called after every tick. `second`: of the second hand; null if there is none. Returns false to
-  // stop the run.
+  std::function<void(const std::string&)> warning;  // called with one sentence for each warning
+  // Called after every tick. `second` is null if there is no second hand. It returns false to stop
+  // the run.
   std::function<bool(const TriDexel&, const CarvedTick& first, const CarvedTick* second)> each;
 };
 
-// Makes the stock and runs the scene. Errors: those of make_stock; an invalid move, body, spline or
-// cutter; a tool too large for the pitch; too many ticks for the memory; a document that cannot be
-// created.
+// Makes the stock and runs the scene. Errors: those of make_stock; a move, a body, a spline or a
+// cutter is invalid; a tool is too large for the pitch; the ticks need too much memory; the
+// document cannot be created.
 Result<Carving> carve(const Scene& scene, const CarveOptions& options);
-// The same on a stock that make_stock has made.
+// Like above, with a stock that make_stock has made.
 Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock,
                       const CarveOptions& options);
 }  // namespace kibori

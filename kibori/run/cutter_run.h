@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Runs a scene's cutter: cuts bodies apart, computes the force along the feed, and moves the
-// separated parts aside. Internal: not installed.
+// Runs a cutter of a scene: cuts bodies apart, computes the force along the cutter's feed, and
+// moves the separated parts aside. Internal: not installed.
 #pragma once
 
 #include <functional>
@@ -11,8 +11,8 @@
 
 namespace kibori {
 
-// act(action) must apply the action to `bodies`. Adds ticks, totals and forces to `carving`.
-// Errors: no body has the cutter's body name; those of act; a feed of more than 10^7 ticks.
+// `act` must apply an action to `bodies`. run_cutter() adds ticks, totals and forces to `carving`.
+// Errors: no body has the name SceneCutter::body; act() fails; the feed needs more than 10^7 ticks.
 Status run_cutter(const SceneCutter& with, const BodyList& bodies,
                   const std::function<Result<BodyChange>(const BodyAction&)>& act,
                   const Scene& scene, Carving& carving);

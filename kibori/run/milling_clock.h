@@ -1,19 +1,21 @@
 // SPDX-License-Identifier: MIT
-// Time of a path on a machine with limited acceleration. Internal: not installed.
+// Estimates the duration of a path on a machine with limited acceleration. Internal: not installed.
 #pragma once
 
 #include <kibori/geometry/vec.h>
 
 namespace kibori {
 
-// Estimates the times of successive moves. A move begins with the speed that the corner before it
-// allows, and accelerates. It ends with the speed that the corner after it allows.
+// Estimates the durations of moves that follow each other. A move begins with the speed that the
+// corner before it permits, and accelerates. It ends with the speed that the corner after it
+// permits.
 class MillingClock {
  public:
   explicit MillingClock(double acceleration_mm_s2) : acceleration_(acceleration_mm_s2) {}
 
-  // Time of a straight move with this commanded speed [s]. `direction`: a unit vector; zero for a
-  // move of rotary axes. The deceleration at the end counts as time of the next move.
+  // Returns the duration of a straight move with this programmed speed [s]. `direction` is a unit
+  // vector, or zero for a move of rotary axes. The deceleration at the end of a move counts for the
+  // next move.
   double seconds(const Vec3& direction, double length_mm, double speed_mm_s) {
     if (!(length_mm > 0 && speed_mm_s > 0)) return 0;
     // In a corner, the machine keeps only the part of its speed along the new direction.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Stores a milling run as a document: a step for each tool of each program, and the program line of
-// every move.
+// Stores a milling run as a document. A step is the part of a program that one tool runs. Each move
+// is stored with its program line.
 #pragma once
 
 #include <filesystem>
@@ -20,41 +20,41 @@ namespace kibori {
 class Recorder;
 
 struct MillDocumentOptions {
-  std::filesystem::path path;       // of the new document
-  std::vector<Material> materials;  // of the model, at least one
+  std::filesystem::path path;       // path of the new document
+  std::vector<Material> materials;  // materials of the model, at least one
   int threads = 1;
-  std::function<void(const std::string&)> warning;  // one sentence per call
+  std::function<void(const std::string&)> warning;  // called with one sentence for each warning
 };
 
-// A step: one tool that runs a part of one program.
+// One tool that runs a part of one program.
 struct MillStep {
   Tool cutter;
-  std::string program;  // file name, without its folder
-  std::string label;    // of the step
-  Pose start;           // of the tool
+  std::string program;  // name of the file, without its folder
+  std::string label;    // label of the step
+  Pose start;           // pose of the tool at the start
 };
 
-// The document of one model. run_milling calls begin, add and end. The first begin() creates the
-// file. If the file is no longer writable, the document continues in memory.
+// The document of one model. run_milling calls begin(), add() and end(). The first begin() creates
+// the file. If the file becomes unwritable, the document continues in memory.
 class MillDocument {
  public:
   explicit MillDocument(MillDocumentOptions options);
   ~MillDocument();
 
-  // Begins a step. `model` is the state before it. Errors: the file cannot be created.
+  // Begins a step. `model` is the state before the step. Errors: the file cannot be created.
   Status begin(const TriDexel& model, const MillStep& step);
   bool in_step() const { return in_step_; }
-  // Adds a sweep of the cutter that ends at `end`. If it does not begin where the last one ended,
-  // the new position is stored first. `line`: the line of the program.
+  // Adds a sweep of the cutter that ends at `end`. If it does not begin where the last sweep ended,
+  // the new position is stored first. `line` is the line of the program.
   void add(const ToolMotion& motion, const Pose& end, int line);
-  // Ends the step, if one has begun. `model` is the state after it.
+  // Ends the step, if one has begun. `model` is the state after the step.
   void end(const TriDexel& model, double removed_mm3);
 
-  // True if the file was created.
+  // Returns true if the file was created.
   bool exists() const { return recorder_ != nullptr; }
-  // Draws a picture of the result and writes everything that is pending. Call it once, at the end.
-  // Creates the file if there was no move. Errors: the file cannot be created; or the reason why
-  // the document holds only the beginning, and where the rest is.
+  // Draws a picture of the result, and writes everything that is pending. If there was no move,
+  // creates the file. Call it once, at the end. Errors: the file cannot be created; the document
+  // lacks the last moves (the message has the reason, and the place where they are).
   Status finish(const TriDexel& model);
 
  private:
@@ -62,7 +62,7 @@ class MillDocument {
 
   MillDocumentOptions options_;
   std::unique_ptr<Recorder> recorder_;
-  Pose at_;  // of the tool, after the last tick
+  Pose at_;  // pose of the tool after the last tick
   bool in_step_ = false;
 };
 

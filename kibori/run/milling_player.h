@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Plays a MillTape back: it has a separate model, and brings it to any moment of the run. One
-// thread owns it.
+// Plays a MillTape back. A player has a separate model, and brings this model to any moment of the
+// run. One thread may use it at a time.
 //
-// To go back, it restores the nearest earlier snapshot of the tape and cuts the moves after it. The
-// model after whole moves equals that of the run, to the byte. Within a move, the model is only for
-// display.
+// To go back, the player restores the nearest earlier snapshot of the tape, and cuts the moves
+// after it. After whole moves, the model equals that of the run, byte for byte. Within a move, the
+// model is only for display.
 #pragma once
 
 #include <cstddef>
@@ -19,7 +19,7 @@
 
 namespace kibori {
 
-// A moment of a run: the first `moves` moves, and a share of the next one.
+// A moment of a run: after the first `moves` moves and a share of the next move.
 struct MillMoment {
   size_t moves = 0;
   double share = 0;  // 0..1
@@ -28,37 +28,38 @@ struct MillMoment {
 
 class MillPlayer {
  public:
-  // `tape` must outlive the player, and hold its first snapshot.
+  // `tape` must outlive the player, and must have its first snapshot.
   MillPlayer(const MillTape& tape, int threads);
 
   const TriDexel& model() const { return model_; }
   const MillMoment& at() const { return at_; }
-  // The moment at a time [s], at most the end of what is published.
+  // Returns the moment at a time of playback [s]. It is at most the end of the published moves.
   MillMoment moment(double seconds) const;
-  // Time of playback [s].
+  // Returns the current time of playback [s].
   double seconds() const;
-  // The move that is cut, or the last one before; nullopt: none.
+  // Returns the move of the current moment: the one that is cut in part, or the last whole one.
+  // nullopt: none.
   const std::optional<MillTapeMove>& move() const { return move_; }
-  // Index of the tool in the tape: that of move(), or of the first move. -1: none.
+  // Returns the index of the tool of move(), or of the tape's first move. -1: there is none.
   int tool() const;
-  // The tool's pose in the model; nullopt: there is no move.
+  // Returns the pose of the tool in the model, or nullopt if there is no move.
   std::optional<Pose> pose() const;
-  // Goes towards a moment and cuts at most a batch of moves. Returns true if it is there. Errors:
-  // see substeps_of.
+  // Goes towards a moment. One call cuts at most one batch of moves. Returns true if the moment is
+  // reached. Errors: those of substeps_of.
   Result<bool> go(const MillMoment& to);
 
  private:
-  // Moves of one batch.
+  // Number of moves in a batch.
   static constexpr size_t kBatch = 256;
-  // Sweeps that are cut together. A sweep takes some kB.
+  // Number of sweeps that are cut together. A sweep takes some kB.
   static constexpr size_t kMaxSweeps = 1024;
 
   struct Sweeps {
-    std::deque<SweptTool> tools;  // the cuts point to them
+    std::deque<SweptTool> tools;  // `cuts` points to them
     std::vector<BatchCut> cuts;
   };
   void restore(const MillTape::Key& key);
-  // Adds the sweeps of a part of a move.
+  // Adds the sweeps of the part of a move from the share `begin` to the share `end`.
   Status add(Sweeps& to, const MillTapeMove& move, double begin, double end);
   void cut(Sweeps& sweeps);
   Status cut_whole(size_t count);
@@ -66,7 +67,7 @@ class MillPlayer {
 
   const MillTape& tape_;
   const int threads_;
-  std::vector<Tool> tools_;  // cutters of the tape's tools
+  std::vector<Tool> tools_;  // cutters of the tools on the tape
   TriDexel model_;
   MillMoment at_;
   std::optional<MillTapeMove> move_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Executes canonical moves on a model. MillRun keeps the state of the machine, cuts the sweeps of
+// Executes canonical moves on a model. A MillRun keeps the state of the machine, cuts the sweeps of
 // the tool in batches, and sums what each sweep removes or touches. Internal: not installed.
 //
 //   act(move)       ─► follow() ─► sweep() ─► add() ─► flush() ─► account()
@@ -26,37 +26,37 @@ class MillRun {
  public:
   MillRun(TriDexel& model, MillOptions options);
 
-  // Puts MillOptions::tool into the spindle.
+  // Puts MillOptions::tool into the spindle. Errors: the tool is not in the table.
   Status begin();
-  // Begins a program. Later moves belong to it. `name`: its file.
+  // Begins a program. The next moves belong to it. `name` is the name of its file.
   void begin_program(const std::string& name);
-  // Runs a program file as a whole.
+  // Runs a whole program file.
   Status run(const std::filesystem::path& program);
   // Executes one move.
   Status step(const CanonMove& move);
-  // Adds a tool or replaces the one with its number, and puts it into the spindle.
+  // Adds a tool, or replaces the tool with the same number. Puts the tool into the spindle.
   Status set_tool(const MillTool& tool);
-  // Moves the machine to a position, without a path.
+  // Moves the machine to a position without a path.
   void put(const AxisPosition& at);
   const AxisPosition& at() const { return at_; }
-  size_t program() const { return program_; }  // index
-  // The tool's pose in the frame of the programs.
+  size_t program() const { return program_; }  // index of the program
+  // Returns the pose of the tool in the frame of the programs.
   Pose pose() const { return options_.machine.pose(at_, tcp_); }
   void add_warnings(const std::vector<ProgramWarning>& warnings);
-  // Cuts all pending sweeps. `complete`: also ends the last tool and the last line.
+  // Cuts all pending sweeps. If `complete` is true, also ends the last tool and the last line.
   void end(bool complete);
-  // Collisions of all sweeps that are cut. Pending sweeps are not included.
+  // Returns the collisions of all sweeps that are already cut.
   const std::vector<MillCollision>& collisions() const { return summary_.collisions; }
-  // Results of all sweeps that are cut. Pending sweeps are not included.
+  // Returns the results of all sweeps that are already cut.
   MillSummary summary() const;
 
  private:
-  // Number of sweeps in a batch. Larger batches take more memory: some kB for each sweep. Smaller
-  // ones keep fewer threads busy.
+  // Number of sweeps in a batch. Each sweep takes some kB, so larger batches take more memory.
+  // Smaller batches keep fewer threads busy.
   static constexpr size_t kBatchSweeps = 1024;
 
-  // A sweep of the batch, and the line that caused it. Kind `body`: a part of the tool above the
-  // cutter.
+  // A sweep of the batch, and the line that caused it. The kind `body` is a sweep of a part of the
+  // tool above the cutter.
   struct Piece {
     enum class Kind { feed, rapid, body } kind = Kind::feed;
     CollisionKind collision = CollisionKind::rapid;
@@ -66,13 +66,13 @@ class MillRun {
     Vec3 travel_mm = Vec3::Zero();
     double seconds = 0, time_s = 0, rpm = 0;
     double radius_mm = 0;
-    // commanded_share: time at the commanded speed, divided by `seconds`, which includes
-    // acceleration. feed_mm_min: the commanded speed.
+    // feed_mm_min is the programmed speed. commanded_share is the time at this speed, divided by
+    // `seconds`, which includes the acceleration.
     double commanded_share = 0, feed_mm_min = 0;
     size_t tape_move = 0;  // index in MillOptions::tape
   };
-  // Times of a move [s]. seconds: with acceleration. commanded: at the commanded speed. feed_mm_min
-  // is that speed.
+  // The duration of a move. seconds: with acceleration. commanded: at the programmed speed
+  // feed_mm_min, without acceleration.
   struct MoveTime {
     double seconds = 0, commanded = 0, feed_mm_min = 0;
   };
@@ -141,7 +141,7 @@ class MillRun {
   Box whole_;
   MillingClock clock_;
   std::vector<MillTool> tools_;
-  std::vector<MillToolUse> uses_;  // one for each tool
+  std::vector<MillToolUse> uses_;  // one per tool
   std::set<int> used_;
   MillSummary summary_;
   std::set<std::string> warned_;
@@ -154,12 +154,12 @@ class MillRun {
   double rpm_ = 0;
   int tool_ = -1, selected_ = -1;
   bool changed_ = false, no_tool_ = false;
-  Pose pose_;  // of the tool in the model, after the last sweep
-  // True if the model has no material within the cutter at pose_.
+  Pose pose_;  // pose of the tool in the model after the last sweep
+  // True if there is no material within the cutter at pose_.
   bool clear_ = false;
 
-  double step_removed_mm3_ = 0;  // since the last step of the document began
-  size_t tape_move_ = 0;         // the last one
+  double step_removed_mm3_ = 0;  // volume since the current step of the document began
+  size_t tape_move_ = 0;         // index of the last move on the tape
 
   std::vector<std::optional<SweptTool>> sweeps_;
   std::vector<BatchCut> cuts_;

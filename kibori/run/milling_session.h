@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Milling line by line, for callers that compute the next line themselves, and for simulators of
-// CAM programs. run_milling (milling.h) runs whole files. Both result in the same model.
+// Mills line by line, for callers that compute each line themselves, and for simulators of CAM
+// programs. (run_milling in milling.h runs whole files.) The resulting model is the same.
 #pragma once
 
 #include <filesystem>
@@ -21,35 +21,38 @@ namespace kibori {
 
 class MillSession {
  public:
-  // `model` and the objects to which `options` points must outlive the session. Errors:
+  // Starts a session. `model` and the objects to which `options` points must outlive it. Errors:
   // MillOptions::tool is not in the table.
   static Result<std::unique_ptr<MillSession>> begin(TriDexel& model, const MillOptions& options);
   ~MillSession();
 
-  // Adds a tool or replaces the one with its number, and puts it into the spindle. Errors: a number
-  // that is not 1 to 99999; those of check_tool.
+  // Adds a tool, or replaces the tool with the same number. Puts the tool into the spindle. Errors:
+  // its number is not 1 to 99999; those of check_tool.
   Status set_tool(const MillTool& tool);
-  // Executes one line of G-code. `from`: the position of the machine before it; nullopt: the last
-  // position. Modes remain until another line changes them. Errors: one sentence with the number of
-  // the line. After an error, the moves before it are cut, and the modes are those before the line.
+  // Executes one line of G-code. `from` is the position of the machine before the line; nullopt:
+  // the last position. Modes stay until a later line changes them. Errors: the line is invalid or
+  // cannot be milled; the message has its number. After an error, the moves of the line before the
+  // error are cut, but the modes are those before the line.
   Status apply(std::string_view line, const std::optional<AxisPosition>& from = std::nullopt);
   Status apply(const GcodeLine& line, const std::optional<AxisPosition>& from = std::nullopt);
   // Runs a program file. It begins with the default modes of the controller.
   Status run(const std::filesystem::path& program);
 
-  // Position of the machine's axes after the last move, in the part's frame.
+  // Returns the positions of the machine's axes after the last move, in the part's frame.
   const AxisPosition& at() const;
-  // The tool's pose in the frame of the programs.
+  // Returns the pose of the tool in the frame of the programs.
   Pose pose() const;
-  // Number of calls of apply() since begin() or the last run().
+  // Returns the number of calls of apply() since begin(), or since the last run().
   int line() const { return line_; }
-  // Index of the current program in MillSummary::programs. The lines of apply() count as a program.
+  // Returns the index of the current program in MillSummary::programs. The lines of apply() count
+  // as one program.
   size_t program() const;
-  // Cuts all pending moves, so that the model holds them. Otherwise moves are cut in batches.
+  // Cuts all pending moves, so that the model has them. Without this call, moves are cut in
+  // batches.
   void settle();
-  // Collisions of all moves so far. Calls settle().
+  // Returns the collisions of all moves so far. Calls settle().
   const std::vector<MillCollision>& collisions();
-  // Results of all moves so far. Calls settle().
+  // Returns the results of all moves so far. Calls settle().
   MillSummary summary();
 
  private:

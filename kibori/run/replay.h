@@ -13,28 +13,28 @@ namespace kibori {
 
 // Options of replay_document().
 struct ReplayOptions {
-  std::string to;                  // a version or step; default: the head
-  std::optional<double> pitch_mm;  // of the model; default: as recorded
+  std::string to;                  // a version or a step; default: the head
+  std::optional<double> pitch_mm;  // pitch of the model; default: as recorded
   std::optional<ForceLaw> law;     // default: as recorded
-  CarveOptions carve;              // uses only threads, force, progress and warning
+  CarveOptions carve;              // only threads, force, progress and warning are used
 };
 
-// Result of replay_document().
+// The result of replay_document().
 struct Replay {
   Carving carving;
-  ForceLaw law;  // of the last stroke
+  ForceLaw law;  // force law of the last stroke
   StepId to = 0;
-  // The first step whose bodies differ from the recorded ones; 0: none. Only checked at the
+  // The first step whose bodies differ from the recorded ones; 0: none. It is only set at the
   // recorded pitch.
   StepId differs = 0;
 };
 
-// Makes a document's stock at another pitch. `text`: the description of the stock as JSON. Errors:
-// `text` is not a description; those of make_stock; a file that cannot be written.
+// Makes the stock of a document at another pitch. `text` is the description of the stock (JSON).
+// Errors: `text` is not a description; those of make_stock; a temporary file cannot be written.
 Result<std::unique_ptr<TriDexel>> stock_again(const Document& document, const std::string& text,
                                               double pitch_mm, const CarveOptions& options);
 
-// Replays the steps on the path to options.to. Errors: those of the document; those of stock_again.
+// Replays the steps on the path to options.to. Errors: those of the document and of stock_again.
 Result<Replay> replay_document(const Document& document, const ReplayOptions& options);
 
 }  // namespace kibori

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Runs the servo loop for some time with a simulated hand or a real device, and reports its timing.
+// Runs the servo loop for some time, with a simulated hand or a real device, and reports its
+// timing.
 #pragma once
 
 #include <filesystem>
@@ -20,26 +21,26 @@ namespace kibori {
 struct ServoRunOptions {
   double seconds = 10;
   double rate_hz = 1000;
-  std::optional<ForceModel> model;  // default: the scene's
-  // Default: that of the scene's spring in model `series`, otherwise that of the device.
+  std::optional<ForceModel> model;  // default: the model of the scene
+  // Default: in the model `series`, that of the scene's spring; otherwise, that of the device.
   std::optional<double> stiffness_n_mm;
-  bool surface = true;  // the calling thread updates the surface during the run
-  // Runs a thread that only wakes up at each tick. It shows how much of the servo's delay is due to
-  // the machine.
+  bool surface = true;  // update the surface on the calling thread during the run
+  // Run a thread that only wakes at each tick. Its delay shows which part of the servo's delay the
+  // machine causes.
   bool empty_loop = true;
-  std::filesystem::path record;    // file for the device's readings; device replay:FILE plays it
-  std::filesystem::path document;  // store the carving in this new document
-  bool keep_forces = false;        // also store the forces in it
-  // `begins` is called once before the first tick. `on_ticks` gets every tick, in batches, during
-  // the run.
+  std::filesystem::path record;    // file for the device's readings, which replay:FILE plays
+  std::filesystem::path document;  // path of a new document for the carving
+  bool keep_forces = false;        // also store the forces in the document
+  // `begins` is called once before the first tick. During the run, `on_ticks` gets every tick,
+  // several at a time.
   std::function<void(const std::string& device, const Lattice& lattice)> begins;
   std::function<void(const std::vector<LiveTick>& ticks)> on_ticks;
   std::function<void(double share)> progress;
-  // Called every few milliseconds. If it returns true, the run ends as if its time were over.
+  // Called every few milliseconds. If it returns true, the run ends early.
   std::function<bool()> cancelled;
 };
 
-// Result of run_servo(): timing, totals and faults.
+// The result of run_servo(): timing, totals and faults.
 struct ServoReport {
   std::string device, scheduling;
   double rate_hz = 0;
@@ -50,25 +51,25 @@ struct ServoReport {
   // Minimum of the hand's energy balance. Below 0: the hand got more energy back than it gave.
   double min_energy_mj = 0;
   uint64_t snapshots = 0, surface_chunks = 0;
-  uint64_t left_out = 0;  // ticks that did not fit into the recording
-  // The device's error message; empty if there is none.
+  uint64_t left_out = 0;  // number of readings for which the recording had no room
+  // The error message of the device, or empty.
   std::string complaint;
-  // Why the document holds only the beginning, and where the rest is. Empty if the document is
-  // complete.
+  // The reason why the document lacks the last steps, and the place where they are. Empty if the
+  // document is complete.
   std::string unsaved;
 };
 
-// Runs the scene's first tool on its stock, in the mode of the scene's first move that is not
-// `off`. The virtual device's hand moves back and forth along the scene's moves. A null `device`
-// selects the virtual one. Errors: those of make_stock, plan_move and LiveCarving::make; a part of
-// the scene that a servo run does not support; a document or recording that cannot be written.
+// Runs the scene's first tool on its stock. The mode is that of the scene's first move with a mode
+// other than `off`. If `device` is null, a virtual device is used, whose hand moves back and forth
+// along the scene's moves. Errors: those of make_stock, plan_move and LiveCarving::make; the scene
+// has a part that a servo run does not support; the document or the recording cannot be written.
 Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device,
                               const ServoRunOptions& options);
 
-// The default scene: a ball that scrapes back and forth over a block of oak.
+// Returns the default scene: a ball that scrapes back and forth over a block of oak.
 Scene servo_scene();
 
-// The report as text for the terminal, and as JSON.
+// Return the report as text for the terminal, and as JSON.
 std::string servo_report_text(const ServoReport& report);
 std::string servo_report_json(const ServoReport& report);
 

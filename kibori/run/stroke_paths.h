@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Converts the strokes of a document to paths of a milling cutter on a machine with three axes.
+// Converts the strokes of a document into paths of a milling cutter, on a machine with three axes.
 #pragma once
 
 #include <vector>
@@ -11,27 +11,28 @@
 
 namespace kibori {
 
-// The points that the tip visits without lifting [mm], at least two. If the tool cuts without
-// moving, all are equal.
+// The points that the tip visits without lifting [mm]: at least two. If the tool cuts without a
+// motion, all points are equal.
 using StrokePath = std::vector<Vec3>;
 
 struct StrokePaths {
   Tool tool;
-  std::vector<StrokePath> paths;  // including the images of a symmetric stroke
+  std::vector<StrokePath> paths;  // with the paths of the images of a symmetric stroke
 };
 
-// The paths of a stroke. Points that are within `tolerance_mm` of a straight path are left out.
-// Errors: those of the document, or the reason why a milling machine cannot follow the stroke.
-// Reasons are a mode other than cut, a tool that is not round, a tilted tool, and two hands. The
-// text continues a sentence whose subject is the stroke: "uses ...", "tilts ...".
+// Returns the paths of a stroke. Points within `tolerance_mm` of a straight path are left out.
+// Errors: those of the document; a milling machine cannot follow the stroke. In the second case,
+// the text is the end of a sentence about the stroke: "uses ...", "tilts ...". Reasons are: the
+// mode is not cut; the tool is not round, or is tilted; there are two hands.
 Result<StrokePaths> stroke_paths(const Document& document, StepId step, double tolerance_mm);
 
-// True if the stroke leaves the model unchanged: its modes are touch or off.
+// Returns true if the stroke leaves the model unchanged, because its modes are touch or off.
 bool changes_nothing(const StrokeSettings& settings);
 
-// True if the tool is a solid of revolution about its axis and has the shape of a milling cutter.
+// Returns true if the tool is a solid of revolution about its axis, in the shape of a milling
+// cutter.
 bool is_round_cutter(const Tool& tool);
-// The same cutter with a shaft that reaches at least `height_mm` above its tip.
+// Returns the same cutter, with a shaft that reaches at least `height_mm` above the tip.
 Tool with_long_shaft(const Tool& tool, double height_mm);
 
 }  // namespace kibori

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Converts strokes of a document to G-code for a milling machine with three axes.
+// Converts the strokes of a document into G-code for a milling machine with three axes.
 //
 //   Document ─► stroke_paths ─► lines of G-code ─► MillSession on a copy of the model
 //                                                     │ compared with a replay of the stroke
@@ -21,15 +21,15 @@
 namespace kibori {
 
 struct StrokeProgramOptions {
-  StepId first = 0, last = 0;  // steps on the path to the head; 0: its first and its last step
-  double clearance_mm = 5;     // of rapid moves above the stock
+  StepId first = 0, last = 0;  // steps on the path to the head; 0: its first and its last one
+  double clearance_mm = 5;     // height of rapid moves above the stock
   double feed_mm_min = 1000;
   double rpm = 12000;
-  int teeth = 2;  // of every tool
+  int teeth = 2;  // number of teeth of every tool
   int threads = 1;
 };
 
-// A stroke that the machine cannot make. `reason` continues a sentence about the stroke.
+// A stroke that the machine cannot make. `reason` is the end of a sentence about the stroke.
 struct UnreachedStroke {
   StepId step = 0;
   std::string label, reason;
@@ -38,21 +38,21 @@ struct UnreachedStroke {
 struct StrokeProgram {
   std::string text;  // G-code in mm, in the coordinates of the model
   ToolTable tools;
-  int64_t strokes = 0;  // number of strokes that the program makes
+  int64_t strokes = 0;  // number of strokes in the program
   std::vector<UnreachedStroke> unreached;
-  std::unique_ptr<TriDexel> stock, result;  // the models before and after the program
-  // Volume after the program minus volume after the last step in the document [mm^3]. Positive:
-  // strokes are missing in the program. Negative: the program removes more.
+  std::unique_ptr<TriDexel> stock, result;  // models before and after the program
+  // Volume after the program, minus volume after the last step in the document [mm^3]. Positive:
+  // the program lacks strokes. Negative: the program removes more than the strokes.
   double left_over_mm3 = 0;
 };
 
-// Makes a program of the strokes. Errors, each one sentence: a step that is not on the path to the
-// head; several bodies, or a locked or protected one; no stroke that a machine can make; those of
+// Makes a program of the strokes. Errors: a step is not on the path to the head; the document has
+// several bodies, or a locked or protected one; a machine can make none of the strokes; those of
 // the document.
 Result<StrokeProgram> program_of_strokes(const Document& document,
                                          const StrokeProgramOptions& options);
 
-// The tool table as TOML, for kibori mill.
+// Returns the tool table as TOML, for kibori mill.
 std::string tools_toml(const ToolTable& table);
 
 }  // namespace kibori

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Computes the path of a scene's move. Only moves that are not straight, and moves whose tool leads
-// or stamps, have one.
+// Computes the path of a scene's move. Straight moves have no path, unless their tool leads or
+// stamps.
 #pragma once
 
 #include <vector>
@@ -12,19 +12,20 @@ namespace kibori {
 
 struct Move;
 
-// The tool's poses along a move. The tool moves straight from each one to the next.
+// The poses of the tool during a move. Between two poses, the tool moves straight.
 struct MovePath {
   std::vector<Pose> places;
-  std::vector<double> at_mm;  // length of the path from the start of the move to each pose
-  bool leads = false;         // true: the tool turns with the path; false: it keeps its frame
+  std::vector<double> at_mm;  // length of the path up to each pose
+  bool leads = false;         // true if the tool turns with the path; false if it keeps its frame
 
   double length_mm() const { return at_mm.back(); }
-  // Pose after a share (0 to 1) of the path's length. The move begins at `start`.
+  // Returns the pose after a share (0 to 1) of the path's length. `start` is the tool's pose before
+  // the move.
   Pose at(double share, const Pose& start) const;
 };
 
-// The path from the end of `from`. Errors: points that do not define a curve; an arc that starts on
-// its axis or has too many chords; those of check_stroke_guide.
+// Returns the path of the move `to`, from the end of the move `from`. Errors: the points do not
+// define a curve; an arc starts on its axis or has too many chords; those of check_stroke_guide.
 Result<MovePath> path_of(const Move& from, const Move& to, double pitch_mm);
 
 }  // namespace kibori

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Stamps: a text, a picture or a mesh as a tool that is pressed into the wood.
+// Stamps: tools in the shape of a text, a picture or a mesh, which are pressed into the wood.
 #pragma once
 
 #include <filesystem>
@@ -10,30 +10,32 @@
 
 namespace kibori {
 
-// Maximum number of triangles of a stamp. The servo cannot sweep more of them within one tick.
+// Maximum number of triangles of a stamp. The servo cannot sweep more triangles in one tick.
 inline constexpr size_t kMaxStampTriangles = 20'000;
 
-// The tip of a stamp is at the height of its lowest point. In x and y it is the middle of the
-// stamp's bounds. The imprint of a text or picture, seen from above, is not mirrored.
+// The tip of a stamp is at the height of the stamp's lowest point, in the middle of its bounds in x
+// and y. The imprint of a text or a picture is not mirrored when it is seen from above.
 
-// Makes a stamp of letters. They extend from the tip upwards by their depth. The outlines are as
-// accurate as `pitch_mm` requires. Errors: those of letter_mesh; too many triangles.
+// Makes a stamp of letters. The letters extend from the tip upwards by lettering.depth_mm.
+// `pitch_mm` decides how accurate the outlines are. Errors: those of letter_mesh; there are too
+// many triangles.
 Result<Tool> text_stamp(Lettering lettering, double pitch_mm);
 
 struct PictureStamp {
-  double width_mm = 20;  // of the picture; its other side follows from this
-  double depth_mm = 2;   // depth of the imprint, from the lightest shade to the darkest
+  double width_mm = 20;  // width of the picture; its other side follows from it
+  double depth_mm = 2;   // depth of the imprint from the lightest to the darkest shade
   double back_mm = 8;    // thickness of the plate behind the relief
   bool invert = false;   // false: white is deepest; true: black is deepest
 };
-// Makes a stamp of a grey picture as a relief. Pixels finer than pitch_mm needs are averaged, and
-// so are pictures wider than 128 pixels. Errors: those of read_relief; a size outside 0.1 to
-// 1000 mm; too many triangles.
+// Makes a stamp of a grey picture as a relief. Pixels are averaged if they are finer than
+// `pitch_mm` needs, or if the picture is wider than 128 pixels. Errors: those of read_relief; the
+// width or the depth is outside 0.1 to 1000 mm; there are too many triangles.
 Result<Tool> picture_stamp(const std::filesystem::path& picture, const PictureStamp& size,
                            double pitch_mm);
 
-// Makes a stamp of a mesh, scaled so that its longer horizontal side is width_mm. 0: not scaled.
-// Errors: those of read_mesh; a mesh that is not closed or has no width; too many triangles.
+// Makes a stamp of a mesh, scaled so that its longer horizontal side is `width_mm`. If this is 0,
+// the mesh is not scaled. Errors: those of read_mesh; the mesh is not closed or has no width; there
+// are too many triangles.
 Result<Tool> mesh_stamp(const std::filesystem::path& file, double width_mm);
 
 }  // namespace kibori

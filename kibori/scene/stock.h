@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The stock that is carved: its description, and the model that is made from it. Meshes, volumes
-// and round shapes are checked first for enough memory.
+// The stock: its description, and the model that is made of it. Except for blocks, the memory for
+// the model is checked before the model is made.
 #pragma once
 
 #include <cstdint>
@@ -26,18 +26,18 @@
 
 namespace kibori {
 
-// A layer: the part of the stock within a tool's shape gets another material. An example is dentine
-// within enamel. Where layers overlap, the later one applies.
+// A layer: another material for the part of the stock within a tool's shape, for example dentine
+// within enamel. Where layers overlap, the last one counts.
 struct StockLayer {
   Tool shape;
   Pose pose;
   uint8_t material = 0;
-  int line = 0;  // in the file
+  int line = 0;  // line in the file
 };
 
 inline constexpr size_t kMaxLayers = 64;
 
-// The shapes of a stock. The lower corner of their bounds is the origin.
+// The shapes of a stock. The lower corner of a shape's bounds is at the origin.
 struct StockBlock {
   static constexpr const char* kKind = "block";
   Vec3 size_mm = Vec3::Zero();
@@ -53,15 +53,15 @@ struct StockCylinder {  // parallel to z
 struct StockMesh {
   static constexpr const char* kKind = "mesh";
   std::filesystem::path file = {};
-  std::optional<double> fit_mm = {};  // length to which its longest side is scaled
+  std::optional<double> fit_mm = {};  // length of the longest side after scaling
   Orientation orientation = {};       // axes of the file that become z and -y
 };
-struct StockRelief {  // of a picture
+struct StockRelief {  // from a picture
   static constexpr const char* kKind = "relief";
   std::filesystem::path file = {};
   ReliefSize size = {};
 };
-struct StockVolume {  // of labels
+struct StockVolume {  // from a volume with labels
   static constexpr const char* kKind = "volume";
   std::filesystem::path file = {};
   std::map<uint16_t, uint8_t> labels = {};  // the material of each label
@@ -72,61 +72,62 @@ using StockShape =
 struct Stock {
   StockShape shape;
   double pitch_mm = 0;
-  std::optional<double> room_mm;  // space around the stock; nullopt: 0.1 of its longest side
+  std::optional<double> room_mm;  // space around the stock; nullopt: 0.1 of the longest side
   uint8_t material = 0;
   std::vector<StockLayer> layers;
-  std::optional<LogCut> log;  // the log that it was cut from; nullopt: as the material defines
-  int line = 0;               // in the file
+  std::optional<LogCut> log;  // the log that contains the stock; nullopt: as the material says
+  int line = 0;               // line in the file
 };
 
-// Size of a block, sphere or cylinder; zero for a shape that is read from a file.
+// Returns the size of a block, sphere or cylinder. Returns zero for a shape from a file.
 Vec3 size_mm(const StockShape& shape);
-// The file of the stock; null if it has none.
+// Return the file of the stock, or null if it has none.
 const std::filesystem::path* file_of(const Stock& stock);
 std::filesystem::path* file_of(Stock& stock);
 
 struct StockOptions {
-  int threads = 1;     // results do not depend on it
+  int threads = 1;     // do not change the result
   bool force = false;  // accept a mesh even if more than half of its rays are open
-  std::function<void(const std::string&)> warning = nullptr;  // called with one sentence each
+  std::function<void(const std::string&)> warning = nullptr;  // gets one sentence per warning
 };
 
-// Makes the model of a stock. `scene_file`: for messages. Errors: an impossible stock; a file that
-// cannot be read; not enough memory; a layer that contains no material.
+// Makes the model of a stock. `scene_file` is its name in messages. Errors: the stock is
+// impossible; a file cannot be read; there is too little memory; a layer contains no material.
 Result<std::unique_ptr<TriDexel>> make_stock(const Stock& stock, const std::string& scene_file,
                                              const StockOptions& options);
 
-// Checks that memory for a model of this lattice is available. `mesh`: adds the memory of scan
-// conversion. Error: one sentence with the memory that is needed and a pitch that would fit.
+// Returns Ok if there is memory for a model of this lattice. If `mesh` is true, the memory of scan
+// conversion is added. Otherwise, returns an error sentence with the needed memory and a pitch that
+// fits.
 Status check_memory(const Lattice& lattice, bool mesh);
 
 struct MeshStock {
   std::unique_ptr<TriDexel> model;
   ScanReport report;
-  std::string repairs;  // by repair_mesh, as one sentence; empty if there were none
-  // The repairs of repair_mesh and of scan_convert; empty if there were none.
+  std::string repairs;  // repairs by repair_mesh as a sentence; empty: none
+  // Returns the repairs by repair_mesh and by scan_convert. Empty if there were none.
   std::string warning() const;
 };
 
-// Repairs the mesh (repair_mesh) and makes a model of it. The model has the mesh's coordinates, and
-// room_mm of space around the mesh. Errors: those of make_lattice, check_memory and scan_convert; a
-// mesh too far from the origin.
+// Repairs a mesh (repair_mesh) and makes a model of it. The model has the coordinates of the mesh,
+// and room_mm of space around it. Errors: those of make_lattice, check_memory and scan_convert; the
+// mesh is too far from the origin.
 Result<MeshStock> stock_of_mesh(const TriangleMesh& mesh, double pitch_mm, double room_mm,
                                 uint8_t material, int threads, bool force);
-// The same on a given lattice, which must contain the mesh.
+// Like above, on a given lattice. The lattice must contain the mesh.
 Result<MeshStock> stock_of_mesh(const TriangleMesh& mesh, const Lattice& lattice, uint8_t material,
                                 int threads, bool force);
 
-// Makes a model of a labelled volume, with its lower corner at the origin. `materials` gives the
-// material of each label. It must contain all labels of the volume, and the volume must have one.
-// Errors: those of make_lattice and check_memory; no material at this pitch.
+// Makes a model of a labelled volume, with its lower corner at the origin. `materials` has the
+// material of each label. The volume must have at least one label above 0. Errors: those of
+// make_lattice and check_memory; there is no material at this pitch.
 Result<std::unique_ptr<TriDexel>> stock_of_labels(const LabelVolume& volume,
                                                   const std::map<uint16_t, uint8_t>& materials,
                                                   double pitch_mm, std::optional<double> room_mm,
                                                   int threads);
 
-// Gives the part of the model within a solid another material. The model's surface stays the same
-// bit for bit. Returns false if the model has no material there.
+// Gives the part of the model within a solid another material. The surface of the model does not
+// change by a bit. Returns false if there is no material within the solid.
 bool change_material(TriDexel& model, const Solid& solid, uint8_t material,
                      const EditOptions& edit);
 

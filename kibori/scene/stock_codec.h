@@ -12,16 +12,18 @@
 
 namespace kibori {
 
-// `label`: that of the scene's first move; may be empty.
+// Returns the description of a stock as JSON. `label` is that of the scene's first move; it may be
+// empty.
 std::string stock_to_json(const Stock& stock, const std::string& label,
                           const std::vector<Material>& materials);
-// For a model without a stock description. Such a model cannot be made again at another pitch.
+// Returns the JSON for a model without a description. Such a model cannot be made again at another
+// pitch.
 std::string stock_to_json(const std::vector<Material>& materials);
 
-// The path of the stock's file is only the name of the original file. The document holds its
-// content. Errors: the text does not describe a stock.
+// Reads a description. The path of its file is only the name of the original file, because the
+// document has the content. Errors: the text does not describe a stock.
 Result<Stock> stock_from_json(const std::string& text);
-// The label and the materials in the JSON; empty if it has none.
+// Return the label and the materials of the JSON. Empty if it has none.
 std::string stock_label(const std::string& text);
 std::vector<Material> stock_materials(const std::string& text);
 

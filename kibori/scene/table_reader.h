@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Reads and checks the values of one table of a scene, by key. Only the first error is reported.
-// Values that are read after it are arbitrary. Internal: not installed.
+// Reads and checks the values of one table of a scene, by key. Only the first error is kept. After
+// an error, the values that are read have no meaning. Internal: not installed.
 #pragma once
 
 #include <array>
@@ -19,15 +19,15 @@
 
 namespace kibori {
 
-// The known word that is nearest to `word`, for "did you mean".
+// Returns the known word that is nearest to `word`, for "did you mean".
 std::string nearest(std::string_view word, const std::vector<std::string>& known);
 std::vector<std::string> strings(const auto& names) { return {names.begin(), names.end()}; }
 
-// The first error of a scene, with its file and line.
+// The first error of a scene, with file and line.
 class SceneError {
  public:
   explicit SceneError(std::string file) : file_(std::move(file)) {}
-  void report(int line, const std::string& what);  // line 0: no line
+  void report(int line, const std::string& what);  // line 0: without a line
   void report_sentence(const std::string& sentence);
   bool found() const { return !sentence_.empty(); }
   const std::string& sentence() const { return sentence_; }
@@ -38,19 +38,20 @@ class SceneError {
 
 class TableReader {
  public:
-  // `name`: the name in messages; empty: the scene's root.
+  // `name` is the table's name in messages. It is empty for the root of the scene.
   TableReader(SceneError& error, const toml::table& table, std::string name)
       : error_(error), table_(table), name_(std::move(name)) {}
 
   const std::string& name() const { return name_; }
   const toml::node* find(std::string_view key) const { return table_.get(key); }
   bool has(std::string_view key) const { return table_.contains(key); }
-  // Line of the table, or of one of its keys. If the key is missing: line of the table.
+  // Return the line of the table, or of one of its keys. If the key is missing: the line of the
+  // table.
   int line() const { return line_of(table_); }
   int line(std::string_view key) const;
   static int line_of(const toml::node& node) { return static_cast<int>(node.source().begin.line); }
 
-  // The table's name and `text`, for messages: "[stock] pitch".
+  // Returns the table's name with `text`, for messages: "[stock] pitch".
   std::string full(std::string_view text) const;
   SceneError& error() const { return error_; }
   bool failed() const { return error_.found(); }
@@ -58,23 +59,24 @@ class TableReader {
   void fail(std::string_view key, const std::string& what) const { fail(line(key), what); }
   void fail(const std::string& what) const { fail(line(), what); }
 
-  // Reports an error for a key that is not in `known`. Suggests the nearest known key.
+  // Reports an error for each key that is not in `known`. The message suggests the nearest known
+  // key.
   void only(const std::vector<std::string>& known) const;
 
-  // Required values. A missing one is an error.
+  // Read required values. A missing value is an error.
   double number(std::string_view key) const;
   double positive(std::string_view key) const;
   std::string text(std::string_view key) const;
   std::vector<double> numbers(std::string_view key, size_t count) const;
   Vec3 vector(std::string_view key) const;
   std::vector<Vec3> places(std::string_view key) const;
-  // Optional values. If one is missing, the existing value stays.
+  // Read optional values. If the value is missing, `otherwise` is returned, or `value` stays.
   double number_or(std::string_view key, double otherwise) const;
   bool flag_or(std::string_view key, bool otherwise) const;
   void not_negative(std::string_view key, double& value) const;
-  // Required: a list of three numbers, or one number that counts for all three.
+  // Reads a required value: a list of three numbers, or one number for all three.
   void one_or_three(std::string_view key, std::array<double, 3>& value) const;
-  // Optional.
+  // Read optional values. If the value is missing, `value` stays.
   void color(std::string_view key, std::array<uint8_t, 3>& value) const;
   template <Named E>
   void choice(std::string_view key, E& value, const std::string& one_of = listed<E>()) const {
@@ -85,9 +87,8 @@ class TableReader {
       fail(key, full(key) + " must be " + one_of);
   }
 
-  // keys_of() returns the keys of a struct that describes its fields (Described). fields() reads
-  // the values of those keys that the table contains. The caller reads nested tables and special
-  // cases.
+  // keys_of() returns the keys of a struct that describes its members (Described). fields() reads
+  // the values of the keys that the table has. The caller reads nested tables and special cases.
   template <Described T>
   static std::vector<std::string> keys_of() {
     std::vector<std::string> keys;
@@ -99,14 +100,14 @@ class TableReader {
     T::for_fields([&](const FieldInfo& field, auto member) { value(field, into.*member); });
   }
 
-  // The nested table `key`. Returns nothing if it is missing. If it is not a table, also reports an
-  // error. `example`: a correct table, for the message.
+  // Returns the nested table `key`, or nothing if there is none. If the value is not a table, also
+  // reports an error. `example` is a correct table for the message.
   std::optional<TableReader> table(std::string_view key, const std::string& example) const;
-  // The table [key] of the root. Returns nothing if it is missing or not a table. It reports an
-  // error if it is not a table, or if it is missing and `required`.
+  // Returns the table [key] of the root, or nothing if there is none. Reports an error if the value
+  // is not a table, or if `required` is true and the table is missing.
   std::optional<TableReader> section(std::string_view key, bool required) const;
-  // Calls f for each table [[key]] of the root, until the first error. `otherwise`: the message if
-  // the key does not hold such tables.
+  // Calls f for each table [[key]] of the root, until the first error. `otherwise` is the message
+  // if the value is not a list of tables.
   template <class F>
   void for_tables(std::string_view key, const std::string& otherwise, F&& f) const {
     const toml::array* const list = tables(key, otherwise);
@@ -140,7 +141,7 @@ class TableReader {
   void number_in(const FieldInfo& field, double& into) const;
   const toml::array* tables(std::string_view key, const std::string& otherwise) const;
   double as_number(const toml::node& node, const std::string& what) const;
-  // The names in quotes, for messages: "smooth", "linear" or "constant".
+  // Returns the names in quotes, for messages: "smooth", "linear" or "constant".
   template <Named E>
   static std::string listed() {
     return listed(strings(names_of(E{})));

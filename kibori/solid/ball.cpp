@@ -15,8 +15,9 @@ HWY_BEFORE_NAMESPACE();
 namespace kibori {
 namespace HWY_NAMESPACE {
 
-// The formula of ball.h for one row of lanes. `live` marks lanes that meet the sweep, `old` those
-// whose two ends belong to the first pose.
+// The ends of the sweep in one group of lanes, by the formula of ball.h. `live` marks lanes that
+// meet the sweep. `old` marks lanes on which both ends belong to the first pose. (ball.h defines
+// first and last pose.)
 struct Ends {
   VF lo, hi;
   MF live, old;
@@ -32,7 +33,8 @@ HWY_INLINE Ends SweepEnds(const SweptBall::View& k, VF u, float v_row, VF code_s
       hn::Mul(hn::Sqrt(hn::Max(hn::Sub(r2, hn::Mul(across, across)), zero)), F(k.shift));
   const VF s_lo = hn::Min(hn::Max(hn::Sub(s0, turn), s_min), s_max);
   const VF s_hi = hn::Min(hn::Max(hn::Add(s0, turn), s_min), s_max);
-  // The vector from the ball's centre at s to the ray, and R^2 minus its squared length.
+  // (u, v) is the ray's offset from the ball's centre at one s. `rest` is R^2 minus its squared
+  // length. Where it is positive, it is the squared half chord.
   struct Pose {
     VF u, v, rest;
   };
@@ -42,8 +44,8 @@ HWY_INLINE Ends SweepEnds(const SweptBall::View& k, VF u, float v_row, VF code_s
   };
   const Pose lo = at(s_lo), hi = at(s_hi);
   // A ray meets the sweep if it meets the ball at the pose that is nearest to the ray. `rest` at
-  // s_lo and s_hi would not be a reliable test: if the motion is nearly along the ray, both ends
-  // are on the ball's rim, where rounding decides.
+  // s_lo and s_hi would not be a reliable test. If the motion is nearly along the ray, it is almost
+  // 0 there, and rounding would decide.
   const Pose nearest = at(hn::Min(hn::Max(s0, s_min), s_max));
   Ends ends;
   ends.live = hn::Gt(nearest.rest, zero);
@@ -57,32 +59,36 @@ HWY_INLINE Ends SweepEnds(const SweptBall::View& k, VF u, float v_row, VF code_s
   return ends;
 }
 
-// Relation of the rays of a tile to the ball at its two end poses, by row. The choice of the method
-// for a row must not depend on the vector width. Therefore, Classify makes it for all 16 lanes
-// together.
+// Properties of the rows of a tile, relative to the ball at its first and last pose. They select
+// the formula for each row. The choice must not depend on the vector width, so Classify makes it
+// for all 16 lanes of a row together.
 struct RowClasses {
-  // The row's distance from the centre at s = 0, and at the last pose.
+  // The row's offset along v from the ball's centre: at s = 0 (v), and at the last pose (v1).
   alignas(64) float v[kTileSide], v1[kTileSide];
-  alignas(64) float rest0[kTileSide], rest1[kTileSide];  // R^2 - v^2
-  // Bits by row: some lane meets the ball at the last pose.
+  // R^2 minus the square of the offset along v: at the first pose (rest0), and at the last pose
+  // (rest1).
+  alignas(64) float rest0[kTileSide], rest1[kTileSide];
+  // The next members have one bit for each row. `live`: some lane may meet the ball at the last
+  // pose.
   unsigned live;
   unsigned near;  // some lane may meet the sweep
-  unsigned old;   // the first pose is nearest on all lanes
-  unsigned last;  // the last pose is nearest on all lanes
-  // On all lanes, both poses reach View::overlap.
+  unsigned old;   // on all lanes, both ends belong to the first pose
+  unsigned last;  // on all lanes, both ends belong to the last pose
+  // On all lanes, the squared half chord is at least View::overlap at both poses.
   unsigned deep;
 };
 
 HWY_INLINE void Classify(const SweptBall::View& k, float u_base, float v_base, RowClasses& rows) {
   const DF d;
-  // Let w be the ray's offset from the ball's centre at a pose, dot = w.p, and q half the chord. p
-  // is as in ball.h, and md is the motion's depth component.
+  // The table shows when an end of the sweep belongs to the last or the first pose. w is the ray's
+  // offset in the (u, v) plane from the ball's centre at that pose, and dot = w.p (p: see ball.h).
+  // q is the half chord at that pose, and md is the depth component of the motion.
   //
   //           last pose         first pose
   //   exit    md q + dot >= 0   md q + dot <= 0
   //   entry   md q <= dot       md q >= dot
   //
-  // With the bound q <= R, this is tested for a whole row.
+  // The bound q <= R allows a test of a whole row.
   const float reach = k.reach;
   const float v_first = k.motion_v * k.s_min, v_last = k.motion_v * k.s_max, u_end = u_base + 15.0f;
   const float shift0 = k.s_min * k.motion_u, shift1 = k.s_max * k.motion_u;
@@ -118,25 +124,27 @@ HWY_INLINE void Classify(const SweptBall::View& k, float u_base, float v_base, R
   }
 }
 
-// In a short motion, nearly every row enters and leaves the ball at the first or at the last pose
-// (RowClasses). Rows at the last pose use a short formula. Rows at a clear first pose add nothing.
-// All other rows use SweepEnds. A ball's normal is the direction from its centre to the ray's end,
-// so this function computes it, too.
+// Computes the intervals of a tile. In a short motion, nearly every row has both ends at the first
+// pose, or both at the last pose (RowClasses). Rows with both ends at the last pose use a short
+// formula. Rows with both ends at a clear first pose add nothing. All other rows use SweepEnds. A
+// ball's normal is the direction from its centre to the end. Therefore, this function computes the
+// normals, too.
 void BallSpans(const SweptBall::View& view, float u_base, float v_base, SpanLayer& out) {
   const DF d;
   const DU du;
-  const SweptBall::View k = view;  // a copy: a store to `out` cannot change it
+  const SweptBall::View k = view;  // a copy, which a store to `out` cannot change
   const float md = k.motion_d;
   RowClasses row_class;
   Classify(k, u_base, v_base, row_class);
-  // With a clear start pose, a row adds nothing if both its ends belong to that pose.
+  // With a clear first pose, a row adds nothing if both its ends belong to that pose.
   const unsigned fresh = row_class.near & (k.start_is_clear ? ~row_class.old : ~0u);
   if (!fresh) {
     out.rows = 0;
     return;
   }
-  // The ball moves along the rays. If the poses overlap on a ray, the last pose has the new end.
-  // Its other end is inside the first pose. Therefore, the last pose is enough.
+  // With head_on, the ball moves nearly along the rays. In rows of `deep`, the intervals of both
+  // poses overlap on each ray. The last pose has the new end. The other end of its interval is
+  // inside the first pose. Therefore, the interval of the last pose is enough.
   const unsigned head_on = k.head_on ? fresh & ~row_class.deep : 0;
   const unsigned last = fresh & (k.head_on ? row_class.deep : row_class.last & row_class.live);
   const VF zero = hn::Zero(d), far = F(kFar), minus_far = F(-kFar);
@@ -156,7 +164,7 @@ void BallSpans(const SweptBall::View& view, float u_base, float v_base, SpanLaye
       const auto row = static_cast<size_t>(__builtin_ctz(left));
       const size_t slot = row * kTileSide + g * kLanes;
       const VF rest1 = hn::Sub(F(row_class.rest1[row]), u1_squared);
-      // 0 if the ray misses the ball: an empty interval
+      // If the ray misses the ball, q1 is 0, and the interval is empty.
       const VF q1 = hn::Sqrt(hn::Max(rest1, zero));
       hn::Store(hn::Sub(centre1, q1), d, out.lo + slot);
       hn::Store(hn::Add(centre1, q1), d, out.hi + slot);
@@ -165,8 +173,8 @@ void BallSpans(const SweptBall::View& view, float u_base, float v_base, SpanLaye
       hn::Store(code, du, out.codes.hi + slot);
     }
     for (unsigned left = head_on; left; left &= left - 1) {
-      // The motion is along the rays and the start is clear. One end is new. The other end may be
-      // anywhere inside the start pose.
+      // The sweep has one new end, at the last pose. The other end may be anywhere inside the clear
+      // first pose, so it is put at the depth of the centre.
       const auto row = static_cast<size_t>(__builtin_ctz(left));
       const size_t slot = row * kTileSide + g * kLanes;
       const VF rest0 = hn::Sub(F(row_class.rest0[row]), u0_squared);
@@ -211,15 +219,16 @@ HWY_AFTER_NAMESPACE();
 namespace kibori {
 HWY_EXPORT(BallSpans);
 
-// Slack for float32 rounding in a bound: a relative part (kWider) and an absolute part. The
-// absolute part is kWider2 for squares [lattice units^2], and kReachSlack for products with a
-// motion. With smaller values, a ray at a tool's rim may get an end from the wrong formula. With
-// larger values, more rays use the slower formula.
+// Slack for float32 rounding in the bounds of View. The relative part is kWider. The absolute part
+// is kWider2 for squares [lattice units^2], and kReachSlack for products with a motion. With
+// smaller values, a ray at a tool's rim may get an end from the wrong formula. With larger values,
+// more rays use the slower formula.
 constexpr double kWider = 1.001, kWider2 = 1e-3, kReachSlack = 1e-5;
-// Length of a normal divided by the ball's radius. It is below 1, so that rounding leaves no
-// component above 1.
+// Normals are scaled to this length before they are encoded. It is below 1, so that rounding does
+// not produce a component above 1.
 constexpr double kInUnit = 0.9999;
-// A shift along the ray so large that the clamp always selects an end pose.
+// View::shift for a motion along the rays. It is so large that the clamp always selects an end
+// pose.
 constexpr double kBeyondClamp = 1e10;
 
 SweptBall::SweptBall(const LatticePoint& centre, const LatticeVector& motion, double radius,
@@ -247,7 +256,7 @@ SweptBall::SweptBall(const LatticePoint& centre, const LatticeVector& motion, do
     k.step_v = static_cast<float>(k.along_v);
     k.normal_u = static_cast<float>(has_flat ? mu / flat : 0);
     k.normal_v = static_cast<float>(has_flat ? mv / flat : 0);
-    // If the motion is along the ray, the ends belong to the two end poses.
+    // If the motion is along the ray, each end belongs to one of the two end poses.
     k.shift = static_cast<float>(has_flat ? md / (flat * length)
                                  : md > 0 ? kBeyondClamp
                                  : md < 0 ? -kBeyondClamp
@@ -256,11 +265,11 @@ SweptBall::SweptBall(const LatticePoint& centre, const LatticeVector& motion, do
     k.code_scale = static_cast<float>(kInUnit / radius);
     k.reach = static_cast<float>(std::abs(md) * radius * kWider + kReachSlack);
     k.centre_depth = static_cast<float>(k.centre_d);
-    // Between the poses, the squared half chord exceeds that of the nearer pose by at most
-    // (R + |p|)^2 - R^2.
+    // Between the end poses, the squared half chord exceeds the one at the nearer end pose by at
+    // most (R + |p|)^2 - R^2.
     k.widening = static_cast<float>((2 * radius * flat + flat2) * kWider + kWider2);
-    // If the motion is along the rays, an end belongs to its pose if md q >= R |p|. `rim` is the
-    // squared half chord of that bound.
+    // If the motion is nearly along the rays, an end belongs to an end pose if |md| q >= R |p|.
+    // `rim` is the square of the smallest such q.
     const double rim = md != 0 ? radius * flat / md : 0;
     k.rim = static_cast<float>(rim * rim * kWider + kWider2);
     k.overlap = std::max(k.rim, static_cast<float>(0.2501 * md * md + kWider2));

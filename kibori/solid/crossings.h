@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
-// Exact crossings of a field's rays with a triangle. Seen along the rays, vertices are rounded
-// to an integer grid that is finer than a cell. Then integer edge functions decide whether a ray
-// passes through the triangle.
+// Exact crossings of a field's rays with a triangle. The (u, v) of the vertices are rounded to an
+// integer grid that is finer than a cell. Then integer edge functions decide whether a ray passes
+// through the triangle.
 //
-// If a ray meets an edge or a vertex exactly, the code treats it as shifted by an infinitely small
-// (eps_u, eps_v). The shift along x is far larger than that along y, and this one far larger than
-// that along z. So exactly one of the triangles at an edge owns the ray, and a ray crosses every
-// closed surface inwards as often as outwards. The three fields agree on the owner.
+// If a ray meets an edge or a vertex exactly, the code treats the ray as shifted by an infinitely
+// small (eps_u, eps_v). The shift along x is far larger than the shift along y. The shift along y
+// is far larger than the shift along z. Therefore, exactly one of the triangles at an edge owns the
+// ray, and all three fields agree on the owner. A ray enters a closed surface as often as it leaves
+// the surface.
 #pragma once
 
 #include <algorithm>
@@ -25,7 +26,7 @@ struct RayRect {
   int u0, u1, v0, v1;
 };
 
-// A vertex in one field's coordinates: snapped (u, v), exact depth [lattice units].
+// A vertex in one field's coordinates: (u, v) in steps of the grid, exact depth [lattice units].
 struct SnappedPoint {
   int64_t u, v;
   double depth;
@@ -39,7 +40,8 @@ inline SnappedPoint snap(const LatticePoint& point, Axis axis) {
 }
 
 // Calls f(u, v, depth, sign) for each ray of `rect` that crosses triangle abc. The sign is +1 if
-// the ray enters the solid (against the outward normal), and -1 if it leaves it.
+// the ray enters the solid (it runs against the outward normal), and -1 if the ray leaves the
+// solid.
 template <class F>
 void for_crossings(const SnappedPoint& a, const SnappedPoint& b, const SnappedPoint& c, Axis axis,
                    const RayRect& rect, F&& f) {
@@ -64,20 +66,21 @@ void for_crossings(const SnappedPoint& a, const SnappedPoint& b, const SnappedPo
     dv[e] = turn * (to.v - from.v);
     const int64_t pu = (int64_t{u0} << kSnapBits) + kHalf, pv = (int64_t{v0} << kSnapBits) + kHalf;
     start[e] = du[e] * (pv - from.v) - dv[e] * (pu - from.u);
-    // A triangle owns a ray on its edge if the shifted ray is inside. The shift along the
-    // lower-numbered axis decides.
+    // If a ray is on an edge, the triangle owns the ray if the shifted ray is inside. u or v
+    // decides: the one whose axis comes first in the order x, y, z, because its shift is larger.
     const bool u_first = u_index(axis) < v_index(axis);
     const bool owned = u_first ? (dv[e] < 0 || (dv[e] == 0 && du[e] > 0))
                                : (du[e] > 0 || (du[e] == 0 && dv[e] < 0));
-    if (!owned) start[e] -= 1;  // then a ray is inside if all edges have a value >= 0
+    if (!owned) start[e] -= 1;  // now a ray is inside if the values of all edges are >= 0
   }
-  // If a triangle is counter-clockwise for a viewer who looks against the ray, the ray leaves
-  // there.
+  // If area > 0, the triangle is counter-clockwise for a viewer who looks against the ray. The ray
+  // then leaves the solid.
   const int sign = area > 0 ? -1 : 1;
   const double inverse = 1.0 / static_cast<double>(turn * area);
   const auto [d_min, d_max] = std::minmax({a.depth, b.depth, c.depth});
-  // Most rays in the box of a long oblique triangle miss it. A division finds the ends of a row,
-  // and costs about as much as kManyRays tests.
+  // Most rays in the box of a long oblique triangle miss the triangle. In a row of more than
+  // kManyRays rays, divisions find the first and the last ray inside. They cost as much as
+  // kManyRays tests.
   constexpr int kManyRays = 32;
   for (int v = v0; v <= v1; v++) {
     const int64_t row = int64_t{v - v0} << kSnapBits;
@@ -99,7 +102,8 @@ void for_crossings(const SnappedPoint& a, const SnappedPoint& b, const SnappedPo
     }
     for (int u = u0 + static_cast<int>(first); u <= u0 + static_cast<int>(last); u++) {
       if ((w0 | w1 | w2) >= 0) {
-        // An edge's value is the weight of the vertex opposite to it: w1 of a, w2 of b.
+        // The value of an edge is the weight of the opposite vertex: w1 is the weight of a, w2 that
+        // of b.
         const double wa = static_cast<double>(w1) * inverse, wb = static_cast<double>(w2) * inverse;
         const double depth = c.depth + wa * (a.depth - c.depth) + wb * (b.depth - c.depth);
         f(u, v, std::clamp(depth, d_min, d_max), sign);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A model as a solid: its spans are the intervals. Therefore, the edits of edit/edit.h also join,
-// subtract and intersect bodies on one lattice. Ends that both bodies share are the same floats.
+// A model as a solid. The spans of the model are the intervals of the solid. Therefore, the edits
+// of edit/edit.h can also join, subtract and intersect bodies on one lattice. The ends of the
+// result are exact copies of the bodies' ends.
 #pragma once
 
 #include <optional>
@@ -12,9 +13,9 @@ namespace kibori {
 
 class DexelSolid final : public Solid {
  public:
-  // `bounds` [lattice units]: a box that holds all of the model's material. The edited model must
-  // have the same lattice. `material`: use only the spans of this material. Then the layers have
-  // gaps, so the solid must not be used in a Complement.
+  // `bounds` [lattice units]: a box that contains all of the model's material. The lattice of the
+  // edited model must have the same base. `material`, if given: the solid has only the spans of
+  // this material. Its layers then have gaps, so the solid must not be used in a Complement.
   DexelSolid(const Snapshot& model, const LatticeBox& bounds,
              std::optional<uint8_t> material = std::nullopt)
       : model_(model), bounds_(bounds), material_(material) {}
@@ -24,7 +25,7 @@ class DexelSolid final : public Solid {
   void normals(const RayTile& rays, int layer, const EndMasks& ends, SpanLayer& of) const override;
 
  private:
-  // Null if no ray of the tile has more than `layer` spans.
+  // The plane of the tile with the spans of this layer. Null if no ray has more than `layer` spans.
   const Plane* plane(const RayTile& rays, int layer) const;
 
   Snapshot model_;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A shape that is given by numbers at the centres of voxels. The points inside are those where
-// the trilinear interpolation of the numbers is above 0. Along a ray of the lattice, the
-// interpolation is linear between two layers of voxels.
+// A shape that is given by one number at the centre of each voxel of a grid. A point is inside if
+// the trilinear interpolation of the numbers is above 0. The grid's axes are parallel to the
+// lattice's. Therefore, the interpolation is linear along a ray between two layers of voxels.
 #pragma once
 
 #include <kibori/geometry/label_volume.h>
@@ -23,7 +23,7 @@ class GridSolid final : public IntervalSolid {
 
   const ShapeGrid& shape_;
   Vec3 per_node_;   // voxels per lattice unit
-  Vec3 at_origin_;  // the lattice's origin, in voxels from the centre of the first one
+  Vec3 at_origin_;  // the lattice's origin, in voxels from the centre of the first voxel
   LatticeBox bounds_;
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A solid with any number of intervals per ray. It computes them for a whole tile of rays at once.
-// It keeps them while the caller asks for the layers of that tile.
+// A base class for solids with any number of intervals per ray. A derived class computes the
+// intervals of all rays of a tile at once. Each thread keeps the intervals of its last few tiles,
+// because the caller asks for the layers of a tile one by one.
 #pragma once
 
 #include <array>
@@ -18,12 +19,13 @@ class IntervalSolid : public Solid {
  protected:
   struct Interval {
     float lo, hi;
-    uint32_t normal_lo, normal_hi;  // out of the solid
+    uint32_t normal_lo, normal_hi;  // codes of normals that point out of the solid
   };
   using TileIntervals = std::array<std::vector<Interval>, kTileRays>;
 
   IntervalSolid();
-  // Appends each ray's intervals to its empty list, in order along the ray and disjoint.
+  // Appends the intervals of each ray to its list, which is empty before. The intervals must be
+  // disjoint and in order along the ray.
   virtual void fill(const RayTile& rays, TileIntervals& all) const = 0;
 
  private:

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A protected region that no tool may cut: a protected body, or a template within the stock. Edits
-// subtract it from a tool's sweep. So its material stays the same, bit for bit. Where a cut reaches
-// the region, the new surface has the region's normals.
+// A protected region that no tool may cut, for example a protected body, or a template within the
+// stock. Edits subtract the region from the tool's sweep. Therefore, material in the region stays
+// the same, bit for bit. Where a cut ends at the region, the new surface has the region's normals.
 #pragma once
 
 #include <memory>
@@ -13,16 +13,16 @@ namespace kibori {
 
 class NoGo {
  public:
-  // `model` must have the lattice of the model that is edited.
+  // The lattices of `model` and of the edited model must have the same base.
   explicit NoGo(std::unique_ptr<TriDexel> model)
       : model_(std::move(model)), solid_(model_->snapshot(), model_->material_bounds()) {}
 
-  // The region as a model. Forces treat it as a wall.
+  // The region as a model. Forces treat the region as a wall.
   const TriDexel& model() const { return *model_; }
   const DexelSolid& solid() const { return solid_; }
   const LatticeBox& bounds() const { return model_->material_bounds(); }
-  // Mean outward normal of its surface within `radius` cells of a place, as a unit vector. It is
-  // zero if there is no surface, or if the normals differ by too much.
+  // Returns the mean outward normal of the region's surface within `radius` cells of a place, as a
+  // unit vector. Returns zero if there is no surface, or if the normals differ too much.
   Vec3 normal_near(const LatticePoint& place, double radius) const;
 
  private:
@@ -30,7 +30,8 @@ class NoGo {
   DexelSolid solid_;
 };
 
-// The solid `whole` without a protected region. Each end is exactly an end of one of the two.
+// The solid `whole` without a protected region. Each end is exactly an end of `whole` or of the
+// region. Both must outlive this object.
 class Except final : public Solid {
  public:
   Except(const Solid& whole, const NoGo& part);
@@ -39,8 +40,8 @@ class Except final : public Solid {
   bool spans(const RayTile& rays, int layer, SpanLayer& out) const override;
   void normals(const RayTile& rays, int layer, const EndMasks& ends, SpanLayer& of) const override;
 
-  // Allocates the memory that a tile needs on this thread, so that the servo tick does not
-  // allocate.
+  // Allocates this thread's memory for the intervals of a tile. Call it on the servo thread, so
+  // that ticks do not allocate.
   static void reserve();
 
  private:

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The union of parts with at most one interval per ray each (layer 0 of each part). It computes the
-// intervals of the union, and finds the part that made an end. Internal to `solid`.
+// The union of several parts. Each part has at most one interval per ray, in its layer 0. The
+// functions compute the intervals of the union, and find the part that made an end. Internal to
+// `solid`.
 #pragma once
 
 #include <cstddef>
@@ -12,17 +13,18 @@ namespace kibori {
 // Maximum number of parts per call.
 inline constexpr size_t kMaxUnionParts = 8;
 
-// Fills `out` with one interval per ray, from the first begin to the last end of the parts. The
-// union must be convex.
+// Fills `out` with one interval per ray. It reaches from the first begin to the last end of all
+// parts. The union of the parts must be convex.
 void hull_spans(const SpanLayer* parts, size_t count, SpanLayer& out);
 
-// Fills layer `layer` of the union. Parts that meet are merged into one interval.
+// Fills `out` with layer `layer` of the union. Intervals that touch or overlap are merged into one.
 void union_spans(const SpanLayer* parts, size_t count, int layer, SpanLayer& out);
 
-// The subset of `ends` that `part` made: `part` has exactly the same number there as `of`.
+// Returns those `ends` of `of` that `part` made. `part` made an end if it has exactly the same
+// number there as `of`.
 EndMasks ends_made_by(const SpanLayer& part, const SpanLayer& of, const EndMasks& ends);
 
-// Copies the normals of `part` to the `ends` of `of`.
+// Copies the normals of `part` to `of`, for these `ends`.
 void take_normals(const SpanLayer& part, const EndMasks& ends, SpanLayer& of);
 
 }  // namespace kibori

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Solids from a drawn curve that is swept infinitely far along a direction, on both sides. A Prism
-// is the inside of a closed outline. A Wall is everything within half a thickness of a curve.
-// Projected along the direction, the solid is a plane figure and a ray is a straight line. The
-// ray's intervals are between its crossings with the figure.
+// Solids that are made from a plane curve. The curve is swept infinitely far, to both sides of its
+// plane. A Prism is the inside of a closed outline. A Wall is everything within half a thickness of
+// a curve. The projection of a solid to the plane is a figure, and the projection of a ray is a
+// straight line. The ray's intervals are between the crossings of this line with the figure.
 #pragma once
 
 #include <utility>
@@ -12,14 +12,14 @@
 
 namespace kibori {
 
-// A side of an outline or of a curve: its corners and the normals there, in the plane across the
-// direction [lattice units]. The two normals differ if the side approximates a curved one.
+// One side of an outline or a curve: its two corners, and the normals at the corners, in the plane
+// [lattice units]. If the side approximates a part of a smooth curve, its two normals differ.
 struct OutlineSide {
   Eigen::Vector2d a, b;
   Eigen::Vector2d normal_a, normal_b;  // unit, to the right of a -> b
 };
 
-// The plane across a direction: unit vectors with u x v = direction.
+// The plane perpendicular to a direction. Its unit vectors u and v are such that u x v = direction.
 struct AcrossPlane {
   Vec3 u, v;
   explicit AcrossPlane(const Vec3& direction);
@@ -41,8 +41,8 @@ class SweptOutline : public IntervalSolid {
 
 class Prism final : public SweptOutline {
  public:
-  // `outline`: its sides in order, counter-clockwise, closed, without self-intersection. `within`:
-  // the box of interest. Ends outside it may be missing or wrong.
+  // `outline`: the sides in order, counter-clockwise and closed. They must not cross each other.
+  // `within`: the box of interest. Ends outside this box may be missing or wrong.
   Prism(const AcrossPlane& plane, std::vector<OutlineSide> outline, const LatticeBox& within);
 
  private:
@@ -53,7 +53,7 @@ class Prism final : public SweptOutline {
 
 class Wall final : public SweptOutline {
  public:
-  // `thickness` in lattice units, more than 0. The ends of an open curve are round.
+  // `thickness` is in lattice units and must be more than 0. The ends of an open curve are round.
   Wall(const AcrossPlane& plane, std::vector<OutlineSide> curve, double thickness);
 
  private:

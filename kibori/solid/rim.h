@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
-// The swept rounded rim of a bull-nose cutter. A disc moves along a straight line. The solid is the
-// set of points that are below the disc and within `corner` of it. The tool's shank contains the
-// points above the disc.
+// The rounded rim of a bull-nose cutter, swept along a straight line. At one pose, the rim is the
+// set of points that are below a disc and within `corner` of the disc. The tool's shank contains
+// the points above the disc.
 //
-// The distance G(t, s) from a ray's point t to the disc at motion parameter s is convex. Therefore,
-// each end of the interval is a root of a convex function of t: H(t) = min over s of G(t, s) =
-// corner. Newton's method starts at the end of the enclosing swept ball. It first finds the end of
-// the rim at one pose, usually the first or the last one. If the motion is short, this is the
-// result for almost every ray. For the other rays, it refines s by a few steps after each step of
-// t. The number of steps is limited.
+// Let G(t, s) be the distance from a ray's point t to the disc at s, the position in the motion (0
+// to 1). G is convex. Let H(t) be the minimum of G(t, s) over all s. H is convex, too. The ends of
+// the interval are the roots of H(t) = corner. Newton's method starts at the end of the enclosing
+// swept ball. It first finds the end of the rim at one pose, usually the first or the last one. If
+// the motion is short, this is the result for almost every ray. For the other rays, each step of t
+// is followed by a few steps that refine s. The number of steps is limited.
 #pragma once
 
 #include <kibori/solid/ball.h>
@@ -18,9 +18,10 @@ namespace kibori {
 
 class SweptRim final : public Solid {
  public:
-  // Centre of the disc at the start, its frame (z: its axis), radii of disc and corner [lattice
-  // units], motion. start_is_clear: the start pose holds no material, so `spans` may omit rays on
-  // which the sweep reaches nothing beyond it.
+  // `centre` is the disc's centre at the start. The third column of `frame` is the disc's axis. The
+  // radii of disc and corner are in lattice units. With `start_is_clear`, the caller promises that
+  // there is no material inside the rim at the start pose. `spans` may then omit rays on which the
+  // sweep reaches nothing outside of the rim at that pose.
   SweptRim(const LatticePoint& centre, const Mat3& frame, double disc_radius, double corner,
            const LatticeVector& motion, bool start_is_clear = false);
 
@@ -29,10 +30,10 @@ class SweptRim final : public Solid {
   void normals(const RayTile& rays, int layer, const EndMasks& ends, SpanLayer& of) const override;
 
   struct View {
-    float u_base, v_base, depth;  // of ray (0, 0) relative to the disc's centre; the centre's depth
+    float u_base, v_base, depth;  // from the disc's centre to ray (0, 0); the centre's depth
     float mu, mv, mt, nu, nv, nt;
     float disc_radius, corner, s_min, s_max;
-    float low, high;  // range of the rim's heights above the disc at s = 0
+    float low, high;  // range of heights that the rim reaches, above the disc at s = 0
   };
 
  private:

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-// A solid computes where rays enter and leave it. This is its only interface.
+// A solid is anything that can compute where rays enter and leave it. `Solid` is the only
+// interface.
 //
-// A solid handles a whole tile of 16 x 16 rays at a time, in layers. Layer 0 holds the first
-// interval of every ray, layer 1 the second, and so on (convex solids have one). All coordinates
-// are lattice units in the frame of the calling field. Ray (i, j) of the tile is at u = u0 + i +
-// 1/2, v = v0 + j + 1/2.
+// A solid handles a tile of 16 x 16 rays at a time, in layers. Layer 0 holds the first interval of
+// every ray, layer 1 the second, and so on. A convex solid has only layer 0. All coordinates are
+// lattice units. Ray (i, j) of a tile is at u = u0 + i + 1/2, v = v0 + j + 1/2 in the field of the
+// tile's axis.
 #pragma once
 
 #include <cstdint>
@@ -18,38 +19,38 @@ namespace kibori {
 struct RayTile {
   Axis axis;
   int u0, v0;  // indices of the tile's first ray
-  // Range of depths of interest. A solid may omit intervals outside of it.
+  // Range of depths that the caller needs. A solid may omit intervals outside this range.
   float near = -kFar, far = kFar;
   bool operator==(const RayTile&) const = default;
 };
 
-// Codes of normal_code.h at the two ends of every ray's interval.
+// Normal codes (dexel/normal_code.h) at both ends of each ray's interval.
 struct NormalCodes {
   alignas(64) uint32_t lo[kTileRays];
   alignas(64) uint32_t hi[kTileRays];
 };
 
-// One interval [lo, hi) per ray. Only rows whose bit is set in `rows` are filled. In those, a lane
-// without an interval has lo >= hi. Ends beyond the lattice (+-kFar included) are allowed.
+// At most one interval [lo, hi) per ray. A row is filled only if its bit in `rows` is set. In a
+// filled row, a lane without an interval has lo >= hi. Ends may be beyond the lattice, also +-kFar.
 struct SpanLayer {
   alignas(64) float lo[kTileRays];
   alignas(64) float hi[kTileRays];
   uint16_t rows;
-  // Set by the caller. True: normals point into the solid, because a cut leaves the material
-  // outside of it. False: they point out of the solid.
+  // Set by the caller. True: normals must point into the solid, because a cut leaves the material
+  // outside the solid. False: normals must point out of the solid.
   bool flip = false;
-  // Set by `spans` if no ray of the tile has a further interval.
+  // `spans` may set this if no ray of the tile has an interval in the next layer.
   bool last = false;
-  // Rows whose normals `spans` has already filled in, because it had computed them anyway.
+  // The rows whose normals `spans` has already stored in `codes`, one bit each.
   uint16_t normals_ready = 0;
   NormalCodes codes;
 };
 
-// A set of ends of a SpanLayer: one bit per lane, one word per row.
+// A set of ends of a SpanLayer. `lo` and `hi` have one word per row, with one bit per lane.
 struct EndMasks {
   uint16_t lo[kTileSide];
   uint16_t hi[kTileSide];
-  uint16_t rows;  // rows with any bit
+  uint16_t rows;  // the rows that have at least one bit
 
   void mark(size_t row, unsigned lo_lanes, unsigned hi_lanes) {
     lo[row] |= static_cast<uint16_t>(lo_lanes);
@@ -62,24 +63,26 @@ class Solid {
  public:
   virtual ~Solid() = default;
 
-  // A box that contains the solid; infinite where the solid is.
+  // Returns a box that contains the solid. It is infinite if the solid is infinite.
   virtual LatticeBox bounds() const = 0;
 
-  // Fills layer `layer`. The caller sets `normals_ready` and `last` to 0. Returns false if no ray
-  // of the tile has this many intervals. Layers are in order along each ray.
+  // Fills layer `layer` of a tile. Returns false if no ray of the tile has this many intervals. The
+  // caller sets `normals_ready` to 0 and `last` to false before. The intervals of a ray in layers
+  // 0, 1, ... are in order along the ray.
   virtual bool spans(const RayTile& rays, int layer, SpanLayer& out) const = 0;
 
-  // Fills in the normals at the ends marked in `ends`, in a layer that `spans` filled. May skip
-  // rows that are `normals_ready`.
+  // Stores the normals at the ends marked in `ends`, in a layer that `spans` has filled. May skip
+  // the rows in `normals_ready`.
   virtual void normals(const RayTile& rays, int layer, const EndMasks& ends,
                        SpanLayer& of) const = 0;
 };
 
-// Maximum of slope . (x - from) over the points x of a tile's rays at the depths of `bounds`
-// [lattice units].
+// Returns the maximum of slope . (x - from) over the points x of a box. The box has the extent of
+// the tile along u and v, and that of `bounds` along the depth [lattice units].
 double max_over_rays(const RayTile& rays, const Box& bounds, const Vec3& slope, const Vec3& from);
 
-// The complement of `inside`. An intersection is a cut with the complement.
+// Everything outside the solid `inside`, which must outlive this object. To intersect a model with
+// a solid, cut the model with the solid's complement.
 class Complement final : public Solid {
  public:
   explicit Complement(const Solid& inside) : inside_(inside) {}

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The parts of a swept tool. A tool shape adds them in `add_parts`. All parts make the same
-// straight motion. Parts may overlap: their union is the tool.
+// The parts of a tool that moves along a straight line. A tool shape adds its parts in `add_parts`.
+// All parts make the same motion. The tool is the union of its parts, which may overlap.
 //
 //     |    |
 //     |    |    cylinder(shank, reach, length)
@@ -10,10 +10,10 @@
 //    (      )   ball(radius)
 //     `----'    <- tip, height 0
 //
-// Arguments named _mm are in mm, those named _deg in degrees. Heights start at the tip. Everything
-// else is in lattice units: mm times scale(). If a tool is longer than the lattice, the part beyond
-// the lattice is omitted. Do not omit more, such as the part above the material: that would change
-// the last digits of moments.
+// Arguments named _mm are in mm, those named _deg in degrees. Everything else is in lattice units:
+// mm times scale(). Heights start at the tip. If a tool is longer than the lattice, the part of the
+// tool beyond the lattice is omitted. Do not omit more, such as the part above the material: that
+// would change the last digits of moments.
 #pragma once
 
 #include <algorithm>
@@ -33,12 +33,12 @@
 
 namespace kibori {
 
-// Sine and cosine of half a full angle in degrees.
+// Returns the sine and cosine of half an angle. The angle is in degrees.
 inline SinCos half_angle(double angle_deg) { return sin_cos(angle_deg * (std::numbers::pi / 360)); }
 
-// The top of a body [lattice units]. If the top is above the lattice, no ray can meet it, so the
-// body gets no top face. `length` is the real height of the top. `height` is limited to the
-// lattice.
+// The top of a body [lattice units]. `length` is the real height of the top, and `height` is this
+// height limited to the lattice. If the real top is above the lattice, no ray can meet it, so the
+// body gets no top face.
 struct BodyTop {
   double height, length;
   bool has_face;
@@ -50,16 +50,17 @@ struct BodyTop {
   }
 };
 
-// A cylinder around the axis from z0 up [lattice units].
+// Makes a cylinder around the axis, from height z0 up to `top` [lattice units].
 ConvexBody cylinder_body(double radius, double z0, const BodyTop& top);
 
-// The parts are stored in place. Only a mesh allocates.
+// The parts are stored inside the object. Only a mesh allocates memory.
 class SweptParts {
  public:
   static constexpr size_t kMaxParts = 5;
 
-  // start_is_clear: the start pose holds no material, so `spans` may omit rays on which the sweep
-  // reaches nothing beyond it.
+  // With `start_is_clear`, the caller promises that there is no material inside the tool at the
+  // start pose. `spans` may then omit rays on which the sweep reaches nothing outside of the tool
+  // at that pose.
   SweptParts(const Pose& start, const Vec3& motion_mm, const Lattice& lattice, bool start_is_clear);
   ~SweptParts() {
     for (size_t i = 0; i < count_; i++) solids_[i]->~Solid();
@@ -70,21 +71,23 @@ class SweptParts {
   size_t count() const { return count_; }
   const Solid& operator[](size_t i) const { return *solids_[i]; }
 
-  // A ball whose lowest point is the tip.
+  // Adds a ball whose lowest point is the tip.
   void ball(double radius_mm);
-  // Parts between two heights. Adds nothing if they are empty or above the lattice.
+  // The next two functions add a part from height from_mm to height to_mm. If the part is empty, or
+  // above the lattice, they add nothing.
   void cylinder(double radius_mm, double from_mm, double to_mm);
   void upright_box(double x_mm, double y_mm, double from_mm, double to_mm);
-  // A cone of this full angle, cut between two heights. Adds nothing if it is above the lattice.
+  // Adds a cone with this full angle at its apex, from height from_mm to height to_mm. If the part
+  // is above the lattice, adds nothing.
   void cone(double angle_deg, double apex_mm, double from_mm, double to_mm);
-  // A blade of x by y mm. Its edge is a V of this full angle, along x (`along` is 0) or y (1). Its
-  // sides are upright above the V.
+  // Adds a blade of x by y mm. Its edge is a V with this full angle, along x (`along` is 0) or y
+  // (1). Above the V, its sides are parallel to the axis.
   void wedge_blade(int along, double angle_deg, double x_mm, double y_mm, double length_mm);
-  // A closed mesh in tool coordinates.
+  // Adds a closed mesh in tool coordinates [mm].
   void mesh(std::shared_ptr<const TriangleMesh> mesh);
-  // A body in the tool frame.
+  // Adds a body in the tool frame [lattice units].
   void convex(const ConvexBody& body);
-  // A solid of type T from its constructor's arguments.
+  // Adds a solid of type T, made from its constructor's arguments.
   template <class T, class... Args>
   void add(Args&&... args) {
     solids_[count_] = new (&rooms_[count_]) T(std::forward<Args>(args)...);
@@ -100,13 +103,13 @@ class SweptParts {
   const Mat3& frame() const { return start_.frame; }
   const LatticeVector& motion() const { return motion_; }
   bool start_is_clear() const { return start_is_clear_; }
-  // A height above the lattice's farthest corner, during the whole motion [lattice units]. A body
-  // meets nothing above it.
+  // Returns a height that is above the lattice's farthest corner during the whole motion [lattice
+  // units]. No ray meets a part of the tool above this height.
   double useful() const;
   BodyTop top(double height_mm) const { return {height_mm * scale(), useful()}; }
 
  private:
-  // Raw memory, because a std::variant would be cleared in every tick.
+  // Raw memory for one part. With a std::variant, every tick would clear this memory.
   struct Room {
     alignas(64) std::byte bytes[std::max({sizeof(SweptBall), sizeof(SweptConvex), sizeof(SweptRim),
                                           sizeof(SweptMesh)})];
@@ -119,7 +122,7 @@ class SweptParts {
   LatticePoint tip_;
   LatticeVector motion_;
   std::array<Room, kMaxParts> rooms_;
-  std::array<const Solid*, kMaxParts> solids_;  // in rooms_
+  std::array<const Solid*, kMaxParts> solids_;  // point into rooms_
   size_t count_ = 0;
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The list of all tool shapes, and the solid that a tool sweeps in a straight motion. Each shape is
-// one file in kibori/solid/tools/. tool_shape.h describes the content of such a file.
+// All tool shapes, and the solid that a tool sweeps in a straight motion. Each shape is one file in
+// kibori/solid/tools/. tool_shape.h describes the content of such a file.
 #pragma once
 
 #include <array>
@@ -55,16 +55,16 @@ inline constexpr auto kToolShapes = internal::shapes_of(std::type_identity<Tool>
 // The name of a tool's shape.
 inline const char* shape_of(const Tool& tool) { return kToolShapes[tool.index()]; }
 
-// One line about a tool's shape, for users.
+// Returns one line about the tool's shape, for users.
 const char* shape_note(const Tool& tool);
 
-// A tool of the named shape with its default numbers; nullopt if the name is unknown. A mesh tool
-// has no mesh, and check_tool rejects it.
+// Returns a tool of the named shape with default numbers; nullopt if the name is unknown. A mesh
+// tool then has no mesh, and check_tool rejects it.
 std::optional<Tool> default_tool(std::string_view shape);
 
 // Calls f(name, number) for each number of a tool, in the order of declaration. A number is a
-// double& or, for sizes along x, y and z, a Vec3&. All numbers are positive. Lengths are in mm,
-// angles in degrees.
+// double& or, for sizes along x, y and z, a Vec3&. Lengths are in mm, angles in degrees. check_tool
+// requires that all numbers are positive.
 template <class F>
 void for_tool_numbers(Tool& tool, F&& f) {
   std::visit([&](auto& t) { t.for_numbers(t, f); }, tool);
@@ -74,7 +74,7 @@ void for_tool_numbers(const Tool& tool, F&& f) {
   std::visit([&](const auto& t) { t.for_numbers(t, f); }, tool);
 }
 
-// Ok, or one sentence that names the invalid parameter.
+// Checks a tool. Error: one sentence that names the invalid parameter.
 Status check_tool(const Tool& tool);
 
 // Distance from the tip to the farthest point of the tool [mm]; infinite for a half-space.
@@ -83,14 +83,15 @@ double reach_mm(const Tool& tool);
 // True if no ray can leave the tool and enter it again.
 bool is_convex(const Tool& tool);
 
-// The solid that `tool` sweeps while it moves by motion_mm without a turn. Stored in place; only a
-// mesh allocates.
+// The solid that `tool` sweeps while it moves by motion_mm without turning. Its parts are stored
+// inside the object. Only a mesh allocates memory.
 class SweptTool final : public Solid {
  public:
   SweptTool(const Tool& tool, const Pose& start, const Vec3& motion_mm, const Lattice& lattice,
             bool start_is_clear = false);
 
-  // The same solid. If there is only one part, it is the part itself, which saves an indirection.
+  // Returns a solid that is equal to this one. If the tool has one part, it is that part, which
+  // saves an indirection.
   const Solid& solid() const { return parts_.count() == 1 ? parts_[0] : *this; }
 
   LatticeBox bounds() const override;
@@ -99,12 +100,13 @@ class SweptTool final : public Solid {
 
  private:
   using Layers = std::array<SpanLayer, SweptParts::kMaxParts>;
-  // The layer of each part for one tile. Each thread keeps the last tile, because an edit reads a
-  // tile's spans and then its normals.
+  // Returns layer 0 of each part for one tile. Each thread keeps the layers of its last tile,
+  // because an edit reads a tile's spans and then its normals.
   Layers& layers_of(const RayTile& rays, bool flip) const;
 
-  // One solid, or several convex solids. If their union is convex, its interval is the hull of
-  // their intervals. Otherwise intervals that meet are merged.
+  // One part, or several parts with at most one interval per ray each. If the union of the parts is
+  // convex (convex_), its interval is the hull of their intervals. Otherwise, intervals that touch
+  // are merged.
   SweptParts parts_;
   bool convex_;
   uint64_t id_;  // unique for each object

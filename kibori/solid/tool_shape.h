@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The definition of a tool shape. Each shape is one struct in one file of kibori/solid/tools/. In
-// its own frame, the tip is the origin and the body extends along +z. Lengths are in mm and angles
-// in degrees. kibori/solid/tool.h lists the shapes. The concept ToolShape below lists the members
-// of a shape.
+// The definition of a tool shape. Each shape is one struct in one file of kibori/solid/tools/.
+// kibori/solid/tool.h lists the shapes. In the frame of a shape, the tip is the origin, and the
+// tool extends along +z. Lengths are in mm and angles in degrees. The concept ToolShape below lists
+// the members of a shape.
 #pragma once
 
 #include <cmath>
@@ -15,7 +15,7 @@
 
 namespace kibori {
 
-// Checks the numbers of a tool and keeps the first fault as a sentence.
+// Checks the numbers of a tool. Keeps the first fault as a sentence.
 class ToolCheck {
  public:
   void require(bool condition, const std::string& sentence) {
@@ -36,7 +36,7 @@ class ToolCheck {
 template <class Shape>
 concept ToolShape = std::equality_comparable<Shape> &&
     requires(const Shape& shape, ToolCheck& checks, SweptParts& parts) {
-  // Its name in scenes, documents and messages.
+  // The shape's name in scenes, documents and messages.
   { Shape::kShape } -> std::convertible_to<std::string_view>;
   // One line for users: help of the Python module, docs/scenes.md.
   { Shape::kAbout } -> std::convertible_to<std::string_view>;
@@ -49,7 +49,7 @@ concept ToolShape = std::equality_comparable<Shape> &&
   shape.check(checks);
   // Distance from the tip to the farthest point [mm].
   { shape.reach_mm() } -> std::same_as<double>;
-  // Adds the parts of which the swept tool is made.
+  // Adds the parts of the swept tool.
   shape.add_parts(parts);
 };
 

@@ -12,23 +12,26 @@
 
 namespace kibori {
 
-// A chunk needs the vertices of its cells and of one layer of the next chunks.
+// Number of cells along one axis whose vertices a chunk needs. These are its own cells, and one
+// layer of cells of the next chunk.
 inline constexpr int kCells = kChunkCells + 1;
 
-// Grid on which the vertices of a surface are [mm]: see VertexGrid. It depends only on the content.
+// Returns the spacing of vertex coordinates in a surface [mm]: see VertexGrid. It depends only on
+// the model's content.
 double vertex_quantum(const Snapshot& model);
 
-// Makes chunks, one at a time, in columns of chunks along z. It reuses its memory.
+// Makes the surfaces of chunks, one at a time. The chunks of a column along z are loaded together.
+// A worker reuses its memory.
 class ChunkWorker {
  public:
-  // `quantum`: the model's vertex_quantum.
+  // `quantum` is the vertex_quantum of the model.
   ChunkWorker(const Snapshot& model, double quantum);
   ~ChunkWorker();
   // Selects another snapshot of the same model.
   void look_at(const Snapshot& model, double quantum);
-  // Loads chunks (x, y, z_begin) ... (x, y, z_end - 1).
+  // Loads the chunks (x, y, z_begin) ... (x, y, z_end - 1).
   void take_column(int x, int y, int z_begin, int z_end);
-  // Makes one of the loaded chunks.
+  // Makes the surface of one of the loaded chunks.
   SurfaceChunk run(int z);
 
  private:
@@ -46,7 +49,7 @@ class Workers {
   void look_at(const Snapshot& model, double quantum) {
     for (auto& worker : all_) worker->look_at(model, quantum);
   }
-  // Runs f(worker, i) for all i < count.
+  // Calls f(worker, i) once for each i < count. Each thread has its own worker.
   template <class F>
   void run(size_t count, F&& f) {
     std::atomic<size_t> next = 0;

@@ -6,11 +6,12 @@
 
 namespace kibori {
 
-// Maximum number of faces of other cells that affect the position of a vertex.
+// Maximum number of faces from other cells that affect the position of a vertex.
 inline constexpr int kMaxAdjacentFaces = 3;
 
-// Ends of material on the edges of a cell that belong to one sheet, and their sums. After them come
-// faces of other cells (add_adjacent). These affect the vertex's position, but not the sums.
+// The ends of material that belong to one sheet, on the edges of a cell, and sums over these ends.
+// `points` and `normals` then continue with faces of other cells (add_adjacent). These faces affect
+// the vertex's position, but not the sums.
 struct SheetEnds {
   int count = 0, adjacent_faces = 0;
   int with_normal = 0;
@@ -38,29 +39,30 @@ struct SheetEnds {
 
 // The vertex of one sheet.
 struct SheetVertex {
-  Vec4f point;   // relative to the cell's centre, within kVertexReach of it along each axis
+  Vec4f point;   // relative to the cell's centre; each coordinate is within kVertexReach
   Vec4f normal;  // unit
   int rank;      // 1 on a smooth surface, 2 on a sharp edge, 3 in a corner
 };
 
-// A vertex on a sharp edge may be outside its cell, by up to half a cell. A tighter limit would
-// blunt oblique edges.
+// Maximum coordinate of a vertex, relative to the cell's centre [lattice units]. A vertex on a
+// sharp edge may be half a cell outside its cell. A tighter limit would blunt oblique edges.
 inline constexpr float kVertexReach = 1.0f;
-// Normals belong to one face if the cosine of their angle to the mean is at least this.
+// Normals belong to one face if the cosine of the angle between each normal and their mean is at
+// least this.
 inline constexpr float kFlat = 0.98f;
 
-// The point that fits the planes of the ends best (least squares). Where the planes do not
-// determine it, the point is as near as possible to the mean of the ends. Ju et al., Dual
-// contouring of Hermite data, 2002.
+// Returns the point that fits the planes of the ends best (least squares). In directions that the
+// planes do not determine, it is as near as possible to the mean of the ends. Source: Ju et al.,
+// Dual contouring of Hermite data, 2002.
 SheetVertex place_vertex(const SheetEnds& ends);
 
-// True if a vertex is so far from its ends that faces of other cells may be nearer.
+// True if the vertex is so far from its ends that faces of other cells may be nearer.
 bool is_far(const SheetEnds& ends, const SheetVertex& vertex);
 
-// place_vertex placed `vertex` where the faces of `ends` meet. Another face, at `point` with
-// `normal`, may cut off this corner. Returns the distance [lattice units] of the vertex beyond that
-// face. Returns 0 if it is not beyond, or if the faces do not form one convex corner of material or
-// of empty space.
+// `vertex` is the result of place_vertex: the corner where the faces of `ends` meet. Another face,
+// through `point` with `normal`, may cut off this corner. Returns how far the vertex is beyond that
+// face [lattice units]. Returns 0 if the vertex is not beyond the face. Also returns 0 if the faces
+// do not form one convex corner of material or of empty space.
 float passes(const SheetEnds& ends, const SheetVertex& vertex, const Vec4f& point,
              const Vec4f& normal);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A scene that is carved while pages watch. It delivers ticks and models as they are made, and the
-// whole result at the end.
+// An experiment: a scene that is carved while pages watch. The session gives ticks and models
+// during the run, and the whole result at the end.
 #pragma once
 
 #include <atomic>
@@ -16,24 +16,26 @@ namespace kibori {
 
 class ExperimentSession final : public Session {
  public:
-  // `pace`: 1 is the scene's own time, 0 is as fast as possible. Errors: those of the stock.
+  // Starts the run. `pace`: 1 for the scene's own speed, 0 for the highest speed. Errors: those of
+  // the stock.
   static Result<std::unique_ptr<Session>> start(const Scene& scene, double pace);
   ~ExperimentSession() override;
 
   ExperimentSession* experiment() override { return this; }
 
   const Scene& scene() const { return scene_; }
-  // The current tool, if it has changed since the last call. Call on one thread.
+  // Writes the current tool to `tool` and returns true, if it has changed since the last call. Call
+  // it on one thread.
   bool next_tool(Tool& tool) { return tools_.take(tool); }
-  // Progress from 0 to 1.
+  // Returns the progress from 0 to 1.
   double share() const { return share_; }
-  // Stops the run. The ticks so far are kept.
+  // Stops the run. The ticks up to now are kept.
   void cancel() override { stopping_ = true; }
   bool stopped() const { return stopping_; }
-  // Null while it runs. Then all ticks, or the error.
+  // Returns null during the run. After it, returns all ticks, or the error.
   const Result<Carving>* outcome() const { return done_ ? &outcome_ : nullptr; }
 
-  // There is no document, so there are no thumbnails and no copies.
+  // An experiment has no document, so it has no thumbnails and cannot be saved as a copy.
   void thumbnail(StepId step, std::function<void(Bytes)> use) override;
   void save_copy(const std::filesystem::path& path, std::function<void(Status)> done) override;
 

@@ -10,10 +10,11 @@ namespace kibori {
 
 class HistoryViewer final : public Session {
  public:
-  // notice() returns `notice` first.
+  // Makes a viewer. `at_head` has the bodies at the head. notice() returns `notice` first.
   static Result<std::unique_ptr<Session>> make(std::unique_ptr<Document> document, BodyList at_head,
                                                const std::string& notice);
-  // Opens a document with a damaged head at its last undamaged step. `why` says what is damaged.
+  // Opens a document with a damaged head at its last undamaged step. `why` is a sentence about the
+  // damage.
   static Result<std::unique_ptr<Session>> at_last_whole(const std::filesystem::path& file,
                                                         std::unique_ptr<Document> damaged,
                                                         const std::string& why);
@@ -31,7 +32,7 @@ class HistoryViewer final : public Session {
   void update_history() override;
 
   std::unique_ptr<Document> document_;
-  std::optional<BodyList> fresh_;  // not yet delivered to follow()
+  std::optional<BodyList> fresh_;  // bodies that latest() has not returned yet
 };
 
 }  // namespace kibori

@@ -5,7 +5,8 @@
 //                    follow()  ◄─ snapshots, ticks                                   │ log
 //                    history() ◄─ the document's state ◄───── the document writer ◄──┘
 //
-// The servo and the document writer have their own threads.
+// The servo and the document writer have their own threads. All functions are for the owner's
+// thread.
 #pragma once
 
 #include <array>
@@ -22,117 +23,118 @@
 
 namespace kibori {
 
-// The work of a mallet's blow [N mm]: 3 J, a tap with a half-kilogram mallet at 3.5 m/s.
+// The work of a mallet's blow [N mm]: 3 J, as of a mallet of 0.5 kg at 3.5 m/s.
 inline constexpr double kMalletNmm = 3000;
 
 class LiveSession final : public Session {
  public:
   // The hand that pushes the tool.
   struct Hand {
-    double strength_n = kHandStrengthN;  // S: the max force of the hand
-    // Stiffness between hand and tool. 0: the default of the pointer or the device.
+    double strength_n = kHandStrengthN;  // S: the maximum pull of the hand
+    // Stiffness of the spring between hand and tool. 0: the default of the pointer or the device.
     double stiffness_n_mm = 0;
-    double share = kPoweredShare;  // share of the cutting force that the hand receives
+    double share = kPoweredShare;  // share of the cutting force that the hand supports
   };
-  // Uses the tool and materials of `scene`. notice() returns `notice` first. Errors: those of the
-  // device.
+  // Makes a session with the tool and the materials of `scene`. notice() returns `notice` first.
+  // Errors: those of the device.
   static Result<std::unique_ptr<Session>> make(std::unique_ptr<Document> document,
                                                std::unique_ptr<TriDexel> model, const Scene& scene,
                                                const SessionOptions& options,
                                                const std::string& notice);
-  // Closes the document. Work that cannot be saved in its file is stored elsewhere: see close().
+  // Closes the document. Work that cannot be saved in its file is saved elsewhere: see close().
   ~LiveSession() override { static_cast<void>(close_document()); }
 
   LiveSession* live() override { return this; }
 
-  // Runs one servo tick. Only if SessionOptions::stepped is set.
+  // Runs one servo tick. Only for sessions with SessionOptions::stepped.
   void tick();
 
-  // Moves the pointer's hand: tip [mm], axis (from the tip up, any nonzero length), and the time
-  // [s] on any clock. While it is pressed, the tool follows these positions one after another.
-  // pressure: of a pen, 0 to 1, for brushes that follow it.
+  // Moves the pointer: its tip [mm], its axis (from the tip up, any length but 0), and the time [s]
+  // by any clock. While the pointer is pressed, the tool follows these poses in order. `pressure`
+  // is that of a pen, 0 to 1, for brushes that follow it.
   void aim(const Vec3& tip_mm, const Vec3& axis, double time_s, double pressure = 1);
-  // Begins a stroke at this pose. If the tool would be inside material, it is placed farther back
-  // along its axis, where it is clear. From there it moves to the pose and works in its mode.
+  // Begins a stroke at this pose. If the tool would be inside material there, it starts farther
+  // back along its axis, where it is clear. From there, it moves to the pose and works in its mode.
   void press(const Vec3& tip_mm, const Vec3& axis, Mode mode, double time_s, double pressure = 1);
-  // Ends the stroke after the tool has followed all positions.
+  // Ends the stroke after the tool has followed all poses.
   void lift();
-  // Strikes a cutting tool with the mallet. It drives the tool along the aim with the work
+  // Strikes the tool with the mallet. The blow drives a cutting tool along the aim with the work
   // kMalletNmm.
   void strike();
   // Sets the tool's rotation about its own axis [rad].
   void turn(double roll_rad);
-  // True if a stroke is in progress, or is lifted while its tool still follows the path.
+  // Returns true during a stroke, and after lift() while the tool still follows the path.
   bool pressed() const { return first_.pressed() || second_.pressed() || !later_.empty(); }
-  // True if the pressed tool is inside material and cannot back out. It cuts nothing there.
+  // Returns true if the pressed tool is inside material and cannot back out. Then it cuts nothing.
   bool blocked() const { return (first_.pressed() || !later_.empty()) && inside_; }
-  // The part of a brush's stroke that is not in the model yet, as time of the hand's motion [s].
-  // ticks() updates it.
+  // Returns the part of a brush's stroke that is not in the model yet, as time of the hand's motion
+  // [s]. ticks() updates this value.
   double pending_s() const { return pending_s_; }
-  // Sets the second hand's tool and its mode: cut, deposit, touch or off. It acts while its pointer
-  // is pressed, or all the time with a device. Errors: an invalid tool, mode or lead; nothing
-  // changes then.
+  // Sets the second hand's tool and its mode: cut, deposit, touch or off. The tool works while the
+  // second pointer is pressed. If a device holds it, the tool always works. Errors: the tool, the
+  // mode or the lead is invalid; then nothing changes.
   struct Lead {
     bool leads = false;
     double entry_mm = 0, lift_mm = 0;  // as in StrokeGuideSettings
   };
   Status choose_second(const Tool& tool, Mode mode, const Lead& lead);
   const Tool* second_tool() const override { return second_tool_ ? &*second_tool_ : nullptr; }
-  // Like aim(), press() and lift(), for the second pointer. All that the two hands do until both
-  // are lifted is one stroke.
+  // As aim(), press() and lift(), for the second pointer. All work of the two hands until both are
+  // lifted is one stroke.
   void aim_second(const Vec3& tip_mm, const Vec3& axis, double time_s);
   void press_second(const Vec3& tip_mm, const Vec3& axis, double time_s);
   void lift_second();
 
-  // The force device at the last ticks(). Null: a pointer holds the tool.
+  // Returns the state of the force device at the last ticks(). Null: a pointer holds the tool.
   const HapticDeviceState* held() const { return first_.held ? &*first_.held : nullptr; }
-  // The second hand's force device.
+  // Returns the state of the second hand's force device.
   const HapticDeviceState* second_held() const { return second_.held ? &*second_.held : nullptr; }
-  // Sets the mode of the device's tool.
+  // Sets the mode of the tool that the device holds.
   void work(Mode mode);
   void arm(bool armed);
-  // Moves the tool to this position [mm], while the hand stays in place.
+  // Moves the tool to this position [mm]. The hand stays in place.
   void bring(const Vec3& tip_mm);
-  // Sets how far the tool moves per mm of the hand. Errors: no device holds the tool, or the scale
-  // is not 0.1 to 20. Nothing changes then.
+  // Sets the motion of the tool per mm of the hand. Errors: no device holds the tool; the scale is
+  // not 0.1 to 20. Then nothing changes.
   Status choose_reach(double scale);
 
-  // Errors: an invalid tool, or one that is too large for a hand. Nothing changes then.
+  // Changes the tool. Errors: the tool is invalid, or too large for a hand. Then nothing changes.
   Status choose_tool(const Tool& tool);
-  // Errors: a strength outside 20 to 1000 N, or a stiffness that is neither 0 nor 0.01 to 10000
-  // N/mm, or that the device cannot render.
+  // Errors: the strength is not 20 to 1000 N; the stiffness is neither 0 nor 0.01 to 10000 N/mm;
+  // the device cannot render the stiffness.
   Status choose_hand(const Hand& hand);
   const Hand& hand() const { return hand_; }
-  Status choose_material(size_t material);  // the material to add
-  // Sets the brush of reshaping modes from the next stroke on. By default, its radius depends on
-  // the tool, and its strength is the maximum, 1. The texture `picture` is that of
-  // choose_texture(). Without one, the brush has no texture.
+  Status choose_material(size_t material);  // the material that deposits add
+  // Sets the brush of reshaping modes, from the next stroke on. Without this call, the radius
+  // depends on the tool, and the strength is 1. If the brush has the texture `picture`, the picture
+  // of choose_texture() is used. If there is none, the brush gets no texture. Errors: the brush is
+  // invalid, or too large for the pitch.
   Status choose_brush(Brush brush);
   void choose_texture(std::shared_ptr<const AlphaPicture> picture) {
     texture_ = std::move(picture);
   }
   Status choose_model(ForceModel model);
-  // Planes and axis pass through the lattice's middle. See Symmetry.
+  // Planes and axis go through the middle of the lattice. See Symmetry.
   Status choose_symmetry(const std::array<bool, 3>& planes, int fold, Axis axis);
-  // Sets the guide of pointer strokes from the next one on. For the second tool, choose_second()
-  // sets the lead. Errors: an invalid guide; nothing changes then.
+  // Sets the guide for strokes of the pointers, from the next stroke on. For the second tool,
+  // choose_second() sets the lead. Errors: the guide is invalid; then nothing changes.
   Status choose_guide(const StrokeGuideSettings& guide);
   // Sets the rule for severed pieces, from the next stroke on.
   Status choose_crumbs(Crumbs crumbs);
   Crumbs crumbs() const { return crumbs_; }
 
-  // Runs an action on bodies as a step. notice() reports errors.
+  // Applies an action on bodies as a step. notice() returns its error.
   void act(const BodyAction& action);
   // Replaces the action of a step on the path to `head`. See Document::revise.
   void revise(StepId step, StepId head, const BodyAction& action);
-  // Shows an action's result until the document changes or until end_preview(). For a spline,
-  // returns a force [N] for each control point. It is the force of soft clay on a finger that moved
-  // the point there from the previous preview. Errors: the action is impossible; the previous
-  // preview stays.
+  // Shows the result of an action, until the document changes or until end_preview(). For a spline,
+  // returns a force [N] for each control point: the force of soft clay on a finger that moved this
+  // point to its place from the place in the previous preview. Errors: the action is impossible;
+  // then the previous preview stays.
   Result<std::vector<Vec3>> preview(const BodyAction& action);
   void end_preview();
-  // The last spline on the path to the head, as JSON: step, parent, head, action. Empty: there is
-  // none. `use` is called on another thread, or at once.
+  // Finds the last spline on the path to the head. `use` gets it as JSON (step, parent, head,
+  // action), or an empty text if there is none. `use` is called on another thread, or at once.
   void last_spline(std::function<void(std::string)> use);
   // Makes a body the active one.
   void choose_body(BodyId body);
@@ -155,7 +157,7 @@ class LiveSession final : public Session {
   Result<std::unique_ptr<Device>> open_hand(const std::string& name, const Box& material_mm,
                                             ServoHandSettings& settings, SessionHand& hand);
   std::string close_document();
-  // Runs commands in order, after all lifted strokes have ended.
+  // Runs `command` after all lifted strokes have ended. Commands keep their order.
   Status post(std::function<void(ServoContext&)> command);
   void then(std::function<void()> what);
   void resume();
@@ -174,25 +176,24 @@ class LiveSession final : public Session {
 
   std::array<SessionHand, 2> hands_;
   SessionHand &first_ = hands_[0], &second_ = hands_[1];
-  // Work that waits for the end of a stroke or for space in the command queue.
+  // Work that waits for the end of a stroke, or for room in the command queue.
   struct Later {
-    std::function<bool()> run;  // false: not ready; it is called again
+    std::function<bool()> run;  // returns false if it is not ready; then it is called again
   };
   std::deque<Later> later_;
   Hand hand_;
-  double default_n_mm_ = 0;          // the device's default stiffness
-  std::optional<Tool> second_tool_;  // nothing: there is no second hand
+  double default_n_mm_ = 0;          // default stiffness of the device
+  std::optional<Tool> second_tool_;  // nullopt: there is no second hand
   Mode second_mode_ = Mode::off;
   StrokeGuideSettings guide_;
   Lead second_lead_;
   Tool tool_;
   Symmetry symmetry_;
   Crumbs crumbs_ = Crumbs::sort;
-  // All bodies of the document, the model under the tool, and the body of that model.
-  BodyList listed_;
-  Snapshot carved_;
-  BodyId carved_body_ = 1;
-  bool shown_before_ = true;           // the last result of latest() is still valid
+  BodyList listed_;                    // all bodies of the document
+  Snapshot carved_;                    // the model under the tool
+  BodyId carved_body_ = 1;             // the body of carved_
+  bool shown_before_ = true;           // true if the last result of latest() is still valid
   std::optional<BodyList> previewed_;  // shown instead of listed_
   std::optional<SplineShape> last_previewed_;
   std::optional<Brush> brush_;
@@ -202,21 +203,21 @@ class LiveSession final : public Session {
   double pending_s_ = 0;
   bool stepped_ = false;  // see SessionOptions
   std::unique_ptr<LiveCarving> live_;
-  // Shared with the document writer's thread.
-  std::atomic<bool> refresh_requested_{false};  // a request is pending
+  // Members that the document writer's thread uses, too.
+  std::atomic<bool> refresh_requested_{false};  // true if update_history() has a pending request
   std::mutex changes_mutex_;
   struct Changes {
     bool fresh = false;
     HistoryState history;
-    std::optional<BodyList> bodies;  // if they have changed
-    std::vector<PastStep> steps;     // not delivered yet
+    std::optional<BodyList> bodies;  // set if they have changed
+    std::vector<PastStep> steps;     // steps that are not delivered yet
     Versions versions;
     std::string notice;
   } changes_;
   StepId last_sent_ = 0;  // used on the document writer's thread, like the next two members
   StepId sent_bodies_of_ = 0;
   PastSteps past_;
-  std::unique_ptr<DocumentWriter> writer_;  // destroyed before the data it uses
+  std::unique_ptr<DocumentWriter> writer_;  // destroyed before the data that it uses
 };
 
 }  // namespace kibori

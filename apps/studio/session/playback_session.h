@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
-// A milling job that pages watch: at any time of the run, at any speed.
+// A milling job that pages watch, at any time of its run and at any speed.
 //
 //   run thread     run_plan ─► MillTape       computes ahead: moves, forces, collisions, snapshots
 //   play thread    MillPlayer ─► states_      goes to the wanted time within what is computed
 //   server thread  follow(), status()         shows the newest state
 //
-// Only short critical sections are shared, so no thread waits for the work of another one.
+// The threads share only short critical sections. So no thread waits for the work of another
+// thread.
 #pragma once
 
 #include <atomic>
@@ -27,15 +28,15 @@
 
 namespace kibori {
 
-// What pages show of a playback.
+// The state of a playback that pages show.
 struct PlaybackStatus {
-  double time_s = 0;      // shown
-  double computed_s = 0;  // the run is computed up to here
-  double share = 0;       // progress of computing, 0..1
-  bool done = false;      // all is computed
+  double time_s = 0;      // the time that is shown
+  double computed_s = 0;  // end of the computed part
+  double share = 0;       // progress of the computation, 0..1
+  bool done = false;      // true if all is computed
   bool playing = false;
-  double speed = 1;                     // 0: as fast as possible
-  bool stops = true;                    // at collisions
+  double speed = 1;                     // 0: highest speed
+  bool stops = true;                    // true: stops at collisions
   int program = 0, line = 0, tool = 0;  // line 0: before the first move
   bool rapid = false;
   double force_n = 0, power_w = 0;
@@ -46,39 +47,40 @@ struct PlaybackStatus {
 
 class PlaybackSession final : public Session {
  public:
-  // Reads everything and begins to compute. Errors: those of playback_request, plan_milling and
-  // make_models; a stock that is too fine for a page.
+  // Reads all files and begins to compute. Errors: those of playback_request, plan_milling and
+  // make_models; the stock is too fine for a page.
   static Result<std::unique_ptr<Session>> start(PlaybackFiles files, const PlaybackChoice& choice);
   ~PlaybackSession() override;
 
   PlaybackSession* playback() override { return this; }
 
-  // ---- The user's wishes.
+  // ---- Requests of the user.
   void play(bool playing, double speed, bool stops);
   void seek(double time_s);
-  // To the end of the next line that moves, or to the begin of this one.
+  // Goes to the end of the next line that moves, or to the beginning of the current line.
   void step_line(bool forward);
-  // To the end of a line, from 1, at its first execution. Waits until it is computed.
+  // Goes to the end of a line (from 1), at its first execution. Waits until this part is computed.
   void go_to_line(int program, int line);
 
-  // ---- What to show.
+  // ---- State for pages.
   PlaybackStatus status() const;
   const std::vector<std::string>& programs() const { return program_names_; }
   const std::vector<ProgramText>& texts() const { return texts_; }
   std::vector<MillTape::Collision> collisions() const { return tape_.collisions(); }
-  // The end of the move that collides [s].
+  // Returns the end of the move that collides [s].
   double time_of(const MillTape::Collision& collision) const;
   MillTape::Curve curve(size_t parts) const { return tape_.curve(parts); }
-  // Sentences about the job; complete when the run is done.
+  // Returns sentences about the job. They are complete when the run is done.
   std::vector<std::string> warnings() const;
-  std::string error() const;  // why the run ended early; empty: it did not
-  // The current tool, if it has changed since the last call. Call on one thread.
+  std::string error() const;  // reason why the run ended early, or empty
+  // Writes the current tool to `tool` and returns true, if it has changed since the last call. Call
+  // it on one thread.
   bool next_tool(Tool& tool) { return tools_.take(tool); }
-  // The job, to run it again into a document.
+  // Return the job, so that it can be run again into a document.
   const PlaybackFiles& files() const { return files_; }
   const MillRequest& request() const { return request_; }
 
-  // There is no document, so there are no thumbnails and no copies.
+  // A playback has no document, so it has no thumbnails and cannot be saved as a copy.
   void thumbnail(StepId step, std::function<void(Bytes)> use) override;
   void save_copy(const std::filesystem::path& path, std::function<void(Status)> done) override;
 
@@ -92,7 +94,7 @@ class PlaybackSession final : public Session {
   bool busy() const override { return moving_; }
 
   void run();
-  // The play thread.
+  // Functions of the play thread.
   void loop();
   void aim(MillPlayer& player, Clock::time_point& last);
   void aim_at_line(MillPlayer& player);
@@ -111,9 +113,9 @@ class PlaybackSession final : public Session {
   SmallQueue<LiveTick, 1024> ticks_;
   LatestValue<Tool> tools_;
   std::atomic<bool> moving_{false}, stopping_{false};
-  bool hashed_ = false;  // history_.hash is that of the shown model
+  bool hashed_ = false;  // true if history_.hash is that of the shown model
 
-  mutable std::mutex mutex_;  // guards the following
+  mutable std::mutex mutex_;  // guards the members below
   std::condition_variable changed_;
   PlaybackStatus status_;
   std::vector<std::string> warnings_;

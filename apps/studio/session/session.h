@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// A session holds what the studio's pages show: a document that a user carves (LiveSession), a
-// read-only document (HistoryViewer), or a scene that runs by itself (ExperimentSession). Sessions
-// do not use the network or draw; apps/studio does. One thread owns a session.
+// A session has the data that the studio's pages show. There are four kinds: a document that a user
+// carves (LiveSession), a read-only document (HistoryViewer), a scene that is carved by itself
+// (ExperimentSession), and a milling job (PlaybackSession). Sessions do not use the network. One
+// thread owns a session.
 #pragma once
 
 #include <cstdint>
@@ -31,29 +32,31 @@ class PlaybackSession;
 struct HistoryState {
   StepId step = 0;
   size_t steps = 0;
-  bool undo = false, redo = false;  // whether a target exists
-  uint64_t hash = 0;                // of the model at `step`
+  bool undo = false, redo = false;  // true if there is a step to go to
+  uint64_t hash = 0;                // hash of the models at `step`
   std::string write_error;          // see DocumentWriter::write_error()
 };
 
 struct PastStep {
-  StepId id = 0, parent = 0;  // the stock's parent is 0
+  StepId id = 0, parent = 0;  // 0 for the stock, which has no parent
   double removed_mm3 = 0;     // negative: added
   int64_t made_s = 0;         // start of the step [s since 1970]; 0: unknown
-  std::optional<Tool> tool;   // none for the stock
+  std::optional<Tool> tool;   // nullopt for the stock
   Mode mode = Mode::cut;
-  bool pictured = false;  // whether thumbnail() had a picture of it when the step was first listed
+  bool pictured = false;  // true if there was a picture when the step was first listed
   std::string label;
 };
 
 struct SessionOptions {
-  bool read_only = false;  // documents are open read-only
+  bool read_only = false;  // documents are opened read-only
   // The device of devices/registry.h that holds the tool. Empty: a pointer.
   std::string device;
-  // LiveSession::tick() moves the tool instead of a thread, so that a test's time is exact. Only a
-  // pointer and the simulated hand can be stepped: a real device needs a tick every ms.
+  // LiveSession::tick() moves the tool instead of a thread, so that the time of a test is exact.
+  // Only a pointer and the simulated hand can be stepped, because a real device needs a tick every
+  // ms.
   bool stepped = false;
-  // The device of the second hand's tool, if a device holds the first one's.
+  // The device that holds the second tool. Empty: a pointer. A device is possible only if `device`
+  // is not empty.
   std::string second = {};
 };
 
@@ -65,69 +68,71 @@ class Session {
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
 
-  // This session as one of its kinds, or null. live(): a hand carves. experiment(): a scene runs.
-  // playback(): a milling job runs.
+  // Return this session as one of its kinds, or null. live(): a hand carves. experiment(): a scene
+  // is carved. playback(): a milling job runs.
   virtual LiveSession* live() { return nullptr; }
   virtual ExperimentSession* experiment() { return nullptr; }
-  virtual PlaybackSession* playback() { return nullptr; }  // of a milling job
+  virtual PlaybackSession* playback() { return nullptr; }
 
-  // The second hand's tool. Null: there is none.
+  // Returns the second hand's tool, or null.
   virtual const Tool* second_tool() const { return nullptr; }
 
   const Lattice& lattice() const { return lattice_; }
-  const std::string& name() const { return name_; }  // of the document or the scene
+  const std::string& name() const { return name_; }  // name of the document or the scene
   const std::vector<Material>& materials() const { return materials_; }
   uint8_t stock_material() const {
     return stock_material_;
   }  // the stock's material: an index of materials()
   double rate_hz() const { return rate_hz_; }
 
-  // Updates the surfaces to the models. Call it every few ms. Returns the changed chunks.
+  // Updates the surfaces to the newest models. Call it every few ms. Returns the chunks that
+  // changed.
   struct ChunkPlace {
     BodyId body = 1;
     Index3 at = Index3::Zero();
   };
   const std::vector<ChunkPlace>& follow();
-  // All bodies with their models at the last follow(), and the active one.
+  // Return all bodies with their models at the last follow(), and the active body.
   const BodyList& bodies() const { return shown_.bodies; }
   BodyId active() const { return shown_.active; }
   const Body& active_body() const { return *shown_.bodies.find(shown_.active); }
   const Snapshot& snapshot() const { return active_body().model; }
-  // A revision. It increases whenever a body or its volume, or the active body, has changed.
+  // Returns a revision. It increases when a body, its volume, or the active body changes.
   uint64_t bodies_revision() const { return bodies_revision_; }
-  // Null: there is no such body.
+  // Returns the surface of a body, or null if there is no such body.
   const LiveSurface* surface(BodyId body) const;
-  // The volume of one body [mm^3]. The volume of the active body is counted only while no stroke
-  // runs.
+  // Returns the volume of a body [mm^3]. The volume of the active body is updated only while no
+  // stroke runs.
   double volume_mm3(BodyId body) const;
-  // The ticks since the last call, oldest first.
+  // Returns the ticks since the last call, oldest first.
   const std::vector<LiveTick>& ticks();
-  // The total volume [mm^3] at the last follow() and ticks(), and the stock's volume minus this.
+  // Return the total volume [mm^3] at the last follow() and ticks(), and the stock's volume minus
+  // this volume.
   double volume_mm3() const { return volume_mm3_; }
   double removed_mm3() const { return stock_mm3_ - volume_mm3_; }
 
   const HistoryState& history();
-  // The steps in the order of their numbers, at the last history().
+  // Returns the steps in the order of their numbers, at the last history().
   const std::vector<PastStep>& steps() const { return steps_; }
   const Versions& versions() const { return versions_; }
   virtual void undo() {}
   virtual void redo() {}
   virtual void go(StepId) {}
-  // Discards the stroke in progress. Stops an experiment.
+  // Discards the current stroke. Stops an experiment.
   virtual void cancel() {}
-  // Names the current step. notice() reports errors.
+  // Names the current step. notice() returns the error.
   virtual void name_version(const std::string& name);
-  // Small pictures of steps (PNG). `use` is called on another thread, or at once. It receives an
-  // empty picture if there is none.
+  // A thumbnail is a small picture of a step (PNG). `use` is called on another thread, or at once.
+  // It gets an empty picture if there is none.
   virtual void keep_thumbnail(StepId, Bytes) {}
   virtual void thumbnail(StepId step, std::function<void(Bytes)> use) = 0;
-  // Writes the whole document, packed, into a new file. `done` is called on another thread, or at
-  // once.
+  // Writes the whole document into a new file, without unused space. `done` is called on another
+  // thread, or at once.
   virtual void save_copy(const std::filesystem::path& path, std::function<void(Status)> done) = 0;
-  // A sentence for the user, or empty. Each one is returned once.
+  // Returns a sentence for the user, or an empty text. Each sentence is returned once.
   virtual std::string notice() { return std::exchange(notice_, {}); }
-  // Ends a stroke and saves. If the document's own file could not be written, returns a sentence
-  // that says where the document is now.
+  // Ends the stroke and saves the document. If its file could not be written, returns a sentence
+  // with the place where the document is now. Otherwise, returns an empty text.
   virtual std::string close() { return {}; }
 
  protected:
@@ -142,12 +147,12 @@ class Session {
     if (!how) notice_ = how.error();
   }
 
-  // The newest state, if it has changed since the last call. It has at least one body, and `active`
-  // is one of them.
+  // Writes the newest state to `shown` and returns true, if it has changed since the last call. The
+  // state has at least one body, and `active` is one of its bodies.
   virtual bool latest(Shown& shown) = 0;
   virtual bool next_tick(LiveTick&) { return false; }
   virtual void update_history() = 0;
-  // True if the model keeps changing. Then its volume is not counted, because that takes time.
+  // Returns true while the model changes. Then its volume is not computed, because this takes time.
   virtual bool busy() const { return false; }
 
   std::string name_;
@@ -160,7 +165,7 @@ class Session {
   std::vector<PastStep> steps_;
   Versions versions_;
   std::string notice_;
-  bool cutting_ = false;  // at the last ticks()
+  bool cutting_ = false;  // result of the last ticks()
   bool volume_known_ = false;
 
  private:
@@ -176,26 +181,26 @@ class Session {
   double volume_mm3_ = 0, stock_mm3_ = 0;
 };
 
-// Opens a document with the tool and materials of its last stroke. If its head is damaged, opens
-// the last undamaged step read-only. Errors: those of the document and the device.
+// Opens a document with the tool and the materials of its last stroke. If its head is damaged,
+// opens the last undamaged step read-only. Errors: those of the document and of the device.
 Result<std::unique_ptr<Session>> open_session(const std::filesystem::path& document,
                                               const SessionOptions& options);
-// Creates a document with the stock, tool and materials of `scene`. Errors: the file exists; those
-// of the stock and the device; the session is read-only.
+// Creates a document with the stock, the tool and the materials of `scene`. Errors: the file
+// exists; those of the stock and of the device; options.read_only is true.
 Result<std::unique_ptr<Session>> create_session(const std::filesystem::path& document,
                                                 const Scene& scene, const SessionOptions& options);
 
-// Converts a document's steps for pages. The thread that owns the document uses it.
+// Converts the steps of a document for pages. Only for the thread that owns the document.
 class PastSteps {
  public:
   PastStep of(const Document& document, const Step& step);
 
  private:
-  // Tool and mode by Step::setting, which many strokes share.
+  // Tool and mode for each Step::setting. Many strokes have the same setting.
   std::map<int64_t, std::pair<std::optional<Tool>, Mode>> settings_;
 };
 
-// The volume removed on the path from the stock to a step [mm^3].
+// Returns the volume that the steps from the stock to this step removed [mm^3].
 double removed_until(const Document& document, StepId step);
 
 }  // namespace kibori

@@ -14,13 +14,13 @@
 
 namespace kibori {
 
-// A force device that holds the tool.
+// The state of a force device that holds the tool.
 struct HapticDeviceState {
   std::string name;
-  double force_n = 0;                       // max force
-  double stiffness_n_mm = 0, max_n_mm = 0;  // at the hand: rendered, and max
+  double force_n = 0;                       // maximum force of the device
+  double stiffness_n_mm = 0, max_n_mm = 0;  // at the hand: rendered stiffness, maximum stiffness
   double scale = 1;                         // mm of the tool per mm of the hand
-  // s: the share of the wood's force that the hand receives, force_n / strength.
+  // The share of the wood's force that the hand receives: force_n divided by the hand's strength.
   double share = 1;
   SafetyStage::State safety = SafetyStage::State::off;
   Trip trip = Trip::none;
@@ -29,41 +29,41 @@ struct HapticDeviceState {
 
 class SessionHand {
  public:
-  // Null if a device holds the tool. The servo owns it.
+  // The pointer, which belongs to the servo. Null if a device holds the tool.
   PointerDevice* pointer = nullptr;
   std::optional<HapticDeviceState> held;
-  double roll_rad = 0;  // the tool's rotation about its own axis
+  double roll_rad = 0;  // rotation of the tool about its own axis
 
   bool pressed() const { return pressed_; }
-  // The pointer's newest stroke.
+  // Returns the number of the pointer's newest stroke.
   uint32_t stroke() const { return stroke_; }
-  // True if the tool has reached every position of the pointer's last stroke.
+  // Returns true if the tool has reached every pose of the pointer's last stroke.
   bool finished() const { return pointer->finished() >= stroke_; }
 
-  // Moves the pointer to `tip_mm`, with the tool along `axis` (any nonzero length), at `time_s`.
-  // Between strokes the tool hovers there. pressure: of a pen, 0 to 1.
+  // Moves the pointer to `tip_mm` at `time_s`, with the tool along `axis` (any length but 0).
+  // Between strokes, the tool hovers there. `pressure` is that of a pen, 0 to 1.
   void aim(const Vec3& tip_mm, const Vec3& axis, double time_s, double pressure = 1);
-  // The pose at the beginning of a stroke, guided if `guide` guides. Nothing if the pose or the
-  // time is not finite.
+  // Returns the pose at the beginning of a stroke, changed by `guide`. Returns nothing if the pose
+  // or the time is not finite.
   std::optional<Pose> begin_at(const Vec3& tip_mm, const Vec3& axis, double time_s,
                                const StrokeGuideSettings& guide);
   void press(const Pose& pose, double time_s, double pressure = 1);
   void lift();
   // Stores the device's state that a tick reports.
   void note(const HandTick& tick);
-  // Call this before the servo is destroyed, because it owns the pointer.
+  // Call this before the servo is destroyed, because the pointer belongs to the servo.
   void close();
 
  private:
-  // The pose of a tool with this tip and axis. If `upright`, the shortest rotation turns the tool
-  // from upright to the axis. Otherwise it turns the tool from its last aimed pose, so that the
-  // tool does not spin.
+  // Returns the pose of a tool with this tip and axis. If `upright` is true, the tool turns from
+  // the upright pose to the axis by the shortest rotation. Otherwise, it turns from its last aimed
+  // pose, so that it does not spin.
   std::optional<Pose> pose_of(const Vec3& tip_mm, const Vec3& axis, bool upright);
 
   uint32_t stroke_ = 0;
   bool pressed_ = false;
-  double pressure_ = 1;            // the newest of the stroke
-  Mat3 aimed_ = Mat3::Identity();  // the last aimed frame, before the roll
+  double pressure_ = 1;            // newest pressure of the stroke
+  Mat3 aimed_ = Mat3::Identity();  // last aimed frame, without the roll
   std::optional<StrokeGuide> guided_;
 };
 

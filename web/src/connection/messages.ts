@@ -6,13 +6,13 @@ import { Reader, Writer } from "./wire";
 
 export const PROTOCOL_VERSION = 24;
 
-/** The first message of a page, with the key that POST /enter gave for the token. Welcome or Start answers. A wrong key closes the connection with code 1008. */
+/** The first message of a page. key: the page got it from POST /enter, in exchange for the token. The studio answers with Welcome or Start. A wrong key closes the connection with code 1008. */
 export interface Hello { version: number; key: string }
-/** The wanted position of the tool's tip [mm], and its axis from the tip up. The time [s] is that of the pointer's event on the page's clock. After Press the tool follows these positions one after another, at their times. pressure: of a pen, 1 for any other hand; see ChooseBrush. */
+/** The requested position of the tool's tip [mm], and the direction of its axis, from the tip into the tool. time [s]: when the pointer's event happened, by the page's clock. After Press, the tool follows these positions one after another, at their times. pressure: that of a pen, or 1 without a pen; see ChooseBrush. */
 export interface Aim { tip: Vec3; axis: Vec3; time: number; pressure: number }
-/** Begins a stroke at `tip`. From there, the tool backs out along its axis until it is clear of material, and then goes in again. time and pressure: as in Aim. */
+/** Begins a stroke at `tip`. If the tool would be inside material there, it begins farther out on its axis, clear of material, and then goes in to `tip`. time and pressure: as in Aim. */
 export interface Press { tip: Vec3; axis: Vec3; mode: Mode; time: number; pressure: number }
-/** Ends the stroke after the tool has followed all aims. */
+/** Ends the stroke, after the tool has followed all poses of Aim. */
 export type Lift = Record<string, never>;
 /** Discards the current stroke. */
 export type Cancel = Record<string, never>;
@@ -22,7 +22,7 @@ export type Undo = Record<string, never>;
 export type Redo = Record<string, never>;
 /** Sets the tool. */
 export interface ChooseTool { tool: Tool | null }
-/** The hand's strength [N], 20 to 1000. The stiffness between hand and tool [N/mm]; 0: the default of the pointer or the device. powered: 1 if a motor turns the tool, and the hand receives a tenth of the cutting force; 2 if a press drives it, and the hand receives a hundredth. */
+/** The hand's strength [N], 20 to 1000. The stiffness of the spring between hand and tool [N/mm]; 0: the default for the pointer or the device. powered: 1 if a motor turns the tool, and the hand receives a tenth of the cutting force; 2 if a press drives it, and the hand receives a hundredth. */
 export interface ChooseHand { strength: number; stiffness: number; powered: number }
 /** The page has received this frame of chunks and can take the next. */
 export interface Got { frame: number }
@@ -52,21 +52,21 @@ export interface CarveExample { name: string }
 export interface ChooseSymmetry { planes: number; fold: number; axis: number }
 /** Chooses what a force device's tool does. */
 export interface ChooseWork { mode: Mode }
-/** Lets a force device push (1) or not (0). */
+/** Permits (1) or forbids (0) that a force device pushes the hand. */
 export interface Arm { armed: number }
 /** Moves a force device's tool to this position [mm], while the hand stays in place. */
 export interface BringTool { tip: Vec3 }
 /** The distance that the tool moves per mm of a force device's hand. */
 export interface ChooseReach { scale: number }
-/** If nothing is open: carves a scene (TOML that names no files), for the user to watch. Trace follows. model: its name, or empty for the scene's own. pace: 1 the scene's own time, 4 four times as fast, 0 as fast as possible. */
+/** Carves a scene while the user watches, if no document is open. At the end, the studio sends Trace. scene: TOML that names no files. model: the name of a force model; empty: that of the scene. pace: 1: the scene's own speed; 4: four times as fast; 0: as fast as possible. */
 export interface RunExperiment { name: string; scene: string; model: string; pace: number }
 /** The tool's rotation about its own axis [rad], from the next position on. */
 export interface ChooseTurn { turn: number }
 /** A mallet hits the cutting tool with an energy of 3 J. This drives the tool along its aim. */
 export type Strike = Record<string, never>;
-/** The brush of reshaping modes from the next stroke on. radius [mm]. strength: negative only for inflate, crease, pinch and mask. falloff: 0 smooth, 1 linear, 2 constant. keep: 1 if smoothing and grabbing keep the volume. red, green, blue: the colour of paint. plane: the plane for flatten, trim and build; 0 the plane under the stroke's beginning, 1 that under each dab, 2 the plane through `point` [mm] with `normal`. wall: for throw, the distance to a second finger on the other side of the wall [mm]; 0: there is no second finger. mask: what the mode mask does: 0 paint, 1 invert, 2 blur, 3 cavity, 4 height, 5 material. mask_material: the number of a material for 5. alpha: the texture of the brush, as an index in the list ALPHAS of kinds.ts; `picture` is that of ChooseTexture, or none without one. pressure: what the pressure of a pen changes: 0 nothing, 1 the size, 2 the strength, 3 both. */
+/** The brush of reshaping modes from the next stroke on. radius [mm]. strength: negative only for inflate, crease, pinch and mask. falloff: 0 smooth, 1 linear, 2 constant. keep: 1 if smoothing and grabbing keep the volume. red, green, blue: the colour of paint. plane: the plane for flatten, trim and build. 0: the plane under the stroke's beginning. 1: the plane under each dab. 2: the plane through `point` [mm] with `normal`. wall: for throw, the distance to a second finger on the other side of the wall [mm]; 0: there is no second finger. mask: what the mode mask does: 0 paint, 1 invert, 2 blur, 3 cavity, 4 height, 5 material. mask_material: the number of a material for 5. alpha: the texture of the brush, as an index in the list ALPHAS of kinds.ts; The entry `picture` is the picture of ChooseTexture; without such a picture, there is no texture. pressure: what the pressure of a pen changes: 0 nothing, 1 the size, 2 the strength, 3 both. */
 export interface ChooseBrush { radius: number; strength: number; falloff: number; keep: number; red: number; green: number; blue: number; plane: number; point: Vec3; normal: Vec3; wall: number; mask: number; mask_material: number; alpha: number; pressure: number }
-/** Asks for the rays of one field (axis 0 x, 1 y, 2 z) near a position [mm]. The rays are in a cube with half side `radius`. every: 1 for all of these rays, n for every n-th in both directions. Method answers once, at least 33 ms after the last answer. A newer question replaces one that waits. */
+/** Asks for the rays of one field (axis 0 x, 1 y, 2 z) near a position [mm]. The rays are in a cube with half side `radius`. every: 1 for all of these rays, n for every n-th in both directions. The studio answers once with Method, at least 33 ms after its last answer. A newer request replaces a request that waits. */
 export interface AskMethod { axis: number; centre: Vec3; radius: number; every: number }
 /** Runs an action on bodies as a step, in the form of documents: {"verb":"join","bodies":[1,2]}. */
 export interface ActOnBodies { action: string }
@@ -76,25 +76,25 @@ export interface ChooseBody { body: number }
 export interface ChooseCrumbs { rule: number }
 /** Switches colours on (1) or off (0) that show the distance of the active body's surface from the protected region. Remains reports the numbers. */
 export interface ShowRemains { shown: number }
-/** Shows the result of an action without a step. Text as in ActOnBodies, or empty to end the preview. Previewed answers. */
+/** Shows the result of an action, without a step in the history. action: as in ActOnBodies; empty: ends the preview. The studio answers with Previewed. */
 export interface PreviewAction { action: string }
-/** Replaces the action of an earlier step on the path to the step `head`. Text as in ActOnBodies. It makes a new step next to the old one, and repeats the later steps up to `head` after it. */
+/** Replaces the action of the earlier step `step`, which is on the path to the step `head`. action: as in ActOnBodies. The studio adds a new step next to the old one. After the new step, it repeats the later steps up to `head`. */
 export interface ReviseStep { step: number; head: number; action: string }
 /** The second hand's tool, and its mode while it is pressed: cut, deposit or touch; off: there is no second hand. Its strokes use the guide and the string of ChooseGuide. lead, entry, lift: as in ChooseGuide, but for this tool. */
 export interface ChooseSecond { tool: Tool | null; mode: Mode; lead: number; entry: number; lift: number }
 /** Presses the second hand's tool at `tip`, as in Press. While the first hand works, the second hand joins its stroke. time: as in Aim. */
 export interface PressSecond { tip: Vec3; axis: Vec3; time: number }
-/** The wanted pose of the second hand's tool, as in Aim. */
+/** The requested pose of the second hand's tool, as in Aim. */
 export interface AimSecond { tip: Vec3; axis: Vec3; time: number }
 /** Lifts the second hand after its tool has followed all aims. */
 export type LiftSecond = Record<string, never>;
-/** How the pointer's strokes behave, from the next stroke on. guide: 0 none; 1 a straight line, whose direction is a multiple of snap [degrees] (0: any); 2 a circle about the centre [mm]; 3 the curve through these points (three f64 each [mm]), closed or not. steady: the length of the string that pulls the tool behind the hand [mm]. lead: the tool's local x axis turns to its path; it starts `lift` [mm] above the wood, goes in over `entry` [mm] of path, and comes out in the same way. stamp: the tool is pressed in from `lift` above the wood: once where the stroke begins, or every `every` mm along its path if `every` is not 0. */
+/** How the strokes of the pointer behave, from the next stroke on. guide: 0: none. 1: a straight line; its direction is a multiple of `snap` [degrees], or any direction if `snap` is 0. 2: a circle about `centre` [mm]. 3: the curve through the points of `curve` (three f64 each [mm]); closed: 1 if the curve is closed. steady: the length of the string that pulls the tool behind the hand [mm]. lead: the tool's local x axis turns to its path; it starts `lift` [mm] above the wood, goes in over `entry` [mm] of path, and comes out in the same way. stamp: the tool is pressed in from `lift` above the wood: once where the stroke begins, or every `every` mm along its path if `every` is not 0. */
 export interface ChooseGuide { guide: number; snap: number; centre: Vec3; closed: number; steady: number; lead: number; entry: number; lift: number; stamp: number; every: number; curve: Uint8Array }
-/** Asks for the mass of the active body. Mass answers. */
+/** Asks for the mass of the active body. The studio answers with Mass. */
 export type AskMass = Record<string, never>;
-/** Chooses a stamp. what: 0 letters, 1 a picture, 2 a mesh. Letters: `text` in a `font` (a family); `size` is the height of a capital H, and `depth` the length of the letters [mm]. A picture (PNG) is a relief of width `size`; white is `depth` deeper than black, or black if `invert` is 1. A mesh: its longer horizontal side is `size`. name: the file's name. data: its bytes. ShowStamp reports the result. */
+/** Chooses a stamp. what: 0 letters, 1 a picture, 2 a mesh. Letters: `text` in a `font` (a family); `size` is the height of a capital H, and `depth` the length of the letters [mm]. A picture (PNG) is a relief of width `size`. White parts are `depth` deeper than black parts; if `invert` is 1, black parts are deeper. A mesh: its longer horizontal side is `size`. name: the file's name. data: its bytes. ShowStamp reports the result. */
 export interface ChooseStamp { what: number; text: string; font: string; size: number; depth: number; invert: number; name: string; data: Uint8Array }
-/** Asks for the fonts installed on the studio's machine. Fonts answers. */
+/** Asks for the fonts that are installed on the studio's machine. The studio answers with Fonts. */
 export type AskFonts = Record<string, never>;
 /** Switches colours on (1) or off (0) that show printing faults of the active body. They replace those of ShowRemains. The faults are walls thinner than `wall` [mm], faces that look down and lean from upright by more than `overhang` [degrees], loose pieces. PrintFaults reports the numbers. */
 export interface ShowFaults { shown: number; wall: number; overhang: number }
@@ -102,23 +102,23 @@ export interface ShowFaults { shown: number; wall: number; overhang: number }
 export interface ChangeDetail { document: string; pitch: number }
 /** Plays the milling job, or pauses it. speed: seconds of the machine per second; 0: as fast as possible. stops: 1 if it stops at collisions. */
 export interface PlayProgram { playing: number; speed: number; stops: number }
-/** Goes to a time of the milling job [s], at most to what is computed. */
+/** Goes to a time of the milling job [s]. If this time is not computed yet, goes to the last computed time. */
 export interface SeekProgram { time: number }
-/** Goes to the end of the next line that moves (forward 1), or to the begin of the current line (0). */
+/** forward 1: goes to the end of the next line that moves the tool. forward 0: goes to the beginning of the current line. */
 export interface StepProgram { forward: number }
-/** Goes to the end of a line's first execution. program: its index in Playback. line: from 1. It waits until the line is computed. */
+/** Goes to the end of a line's first execution. program: its index in Playback. line: from 1. If the line is not computed yet, the studio waits until it is. */
 export interface GoToLine { program: number; line: number }
 /** Runs the milling job into a new document, and opens that. If the name is empty, the job's name is used. */
 export interface KeepProgram { name: string }
 /** The picture (PNG, at most 1024 pixels on a side) for the texture `picture` of brushes. Black has no effect, white the full effect. name: the file's name, for messages. */
 export interface ChooseTexture { name: string; data: Uint8Array }
-/** A document is open. origin, nodes, pitch: the base of its lattice, with the lower corner and the pitch in mm. The lattice may have grown beyond it. rate: of the servo [Hz]. document: its name. materials: JSON (name, color, rings: their contrast, 0 to 1). material: the index of the stock's material. page: the page's id in HTTP requests. what: 0 carved, 1 open read-only, 2 an experiment, 3 a milling job that is played back. The page must drop what it showed before. */
+/** A document is open. origin, nodes, pitch: the base of its lattice, with the lower corner and the pitch in mm. The lattice may have grown beyond it. rate: of the servo [Hz]. document: its name. materials: JSON (name, color, rings: their contrast, 0 to 1). material: the index of the stock's material. page: the page's id in HTTP requests. what: 0: a document that can be carved; 1: a document that is open read-only; 2: an experiment; 3: a milling job that is played back. The page must discard everything that it showed before. */
 export interface Welcome { version: number; origin: Vec3; nodes: Vec3; pitch: number; rate: number; document: string; materials: string; material: number; page: string; what: number }
-/** The changed surface of one body. The page answers Got. Each chunk: position x y z (i16), numbers of vertices and triangles (u32), a flag (u16; 1: a vertex is painted or masked), vertices, corners (u16 each). If the flag is 1, a colour per vertex follows: red, green, blue, and 255 - m if painted, else m, with the mask m from 0 to 127 (u8 each). A vertex: x y z (u16 each, in 1/2048 of the pitch), normal (3 x i8, 1/127), material (u8). Its coordinates begin 16 position - 1 cells after the lattice's origin. */
+/** The changed surface of one body. The page answers Got. Each chunk: position x y z (i16), numbers of vertices and triangles (u32), a flag (u16; 1: a vertex is painted or masked), vertices, corners (u16 each). If the flag is 1, a colour per vertex follows: red, green, blue, and 255 - m if painted, else m, with the mask m from 0 to 127 (u8 each). A vertex: x y z (u16 each, in 1/2048 of the pitch), normal (3 x i8, 1/127), material (u8). The coordinates of its vertices are relative to the point that is (16 * position - 1) cells from the lattice's origin. */
 export interface Chunks { frame: number; more: number; body: number; data: Uint8Array }
-/** Every servo tick since the last message, fifteen f32 each. A page with too many unread bytes misses messages. A tick has: tip [mm], force of the wood on the tool [N], moment about the tip [N mm]; the third (axis) and first column of the tool's frame. start: the number of the first. */
+/** Every servo tick since the last Ticks message, fifteen f32 for each tick. If a page has too many unread bytes, it misses messages; `start` shows the gap. A tick has: tip [mm], force of the wood on the tool [N], moment about the tip [N mm]; the third (axis) and first column of the tool's frame. start: the number of the first. */
 export interface Ticks { start: number; data: Uint8Array }
-/** volume: of the bodies [mm^3]. removed: the stock's volume minus this [mm^3]. step: the current one. holds: 1 if this page holds the tool. blocked: 1 if the pressed tool is inside material and cannot back out. pending: the part of a brush's stroke that is not in the model yet, as the time that the hand took for it [s]. For a force device: safety (0 off, 1 waits until the computed force is small, 2 on), trip (why it is off), given (its force [N]). */
+/** volume: of the bodies [mm^3]. removed: the volume of the stock minus `volume` [mm^3]. step: the current one. holds: 1 if this page holds the tool. blocked: 1 if the pressed tool is inside material and cannot back out. pending: how far the model is behind the hand in a brush's stroke, as a time of the hand's motion [s]. For a force device: safety (0 off, 1 waits until the computed force is small, 2 on), trip (why it is off), given (its force [N]). */
 export interface State { volume: number; removed: number; step: number; steps: number; undo: number; redo: number; holds: number; blocked: number; pending: number; hash: string; safety: number; trip: string; given: number }
 /** A sentence for the user. */
 export interface Notice { text: string }
@@ -138,11 +138,11 @@ export interface Trace { json: string; data: Uint8Array }
 export interface ShowTool { tool: Tool | null }
 /** Answers AskMethod from the newest snapshot. The rays are u, u + every, ... (columns of them) by v, v + every, ... (rows of them) of the field, at most 32 in each direction. If there would be more, every is larger than requested. spans: for each ray the number of spans (u8, at most 16), and the ends in and out of each span (f32). u changes fastest from ray to ray. Only spans between the depths low and high [lattice units] are listed. vanished: nodes x y z (i16 each) between these depths that were in the material at this page's last answer and are not now. They are on these rays and on rays between them: on four times as many rays in each direction, or on all rays if there are fewer. The list has at most 2048 nodes, evenly chosen. gone: the number of all. For the newest tick that removed or added points: points (K: their number in the whole model), volume (removed [mm^3]), motion (of the tool's tip [mm]), force (of the wood on the tool [N]). ticks: the number of ticks since the last answer. taken: the sum of their K. */
 export interface Method { axis: number; every: number; u: number; v: number; columns: number; rows: number; low: number; high: number; gone: number; points: number; volume: number; motion: Vec3; force: Vec3; ticks: number; taken: number; spans: Uint8Array; vanished: Uint8Array }
-/** All bodies, and the active one. JSON: id, name, pose (of the body's lattice in the world: its origin [mm], then the columns of its frame), visible, locked, no_go, volume_mm3. Chunks of a body that is gone, hidden or moved are invalid. Chunks of a newly shown body follow. */
+/** All bodies. active: the id of the active body. JSON: for each body id, name, pose (of the body's lattice in the world: its origin [mm], then the columns of its frame), visible, locked, no_go, volume_mm3. Chunks of a body that is gone, hidden or moved are invalid. Chunks of a newly shown body follow. */
 export interface Bodies { active: number; json: string }
-/** The numbers for ShowRemains. max, mean: distances [mm] of the active body's surface from the protected region. volume: of the body outside that region [mm^3]. scale: the distance of the last colour [mm]; 0: there is no protected region, and no colours are shown. */
+/** The numbers for ShowRemains. max, mean: the maximum and mean distance [mm] of the active body's surface from the protected region. volume: the volume of the body outside that region [mm^3]. scale: the distance of the last colour [mm]; 0: there is no protected region, and no colours are shown. */
 export interface Remains { max: number; mean: number; volume: number; scale: number }
-/** Answers PreviewAction. error: a sentence, or empty. forces: JSON; for a spline, a force [N] for each control point. It is the force of soft clay on a finger that moved the point there from the last preview. */
+/** Answers PreviewAction. error: a sentence; empty: no error. forces: JSON. For a spline, it has a force [N] for each control point: the force of soft clay on a finger that moved this point since the last preview. */
 export interface Previewed { error: string; forces: string }
 /** The second hand's tool at the newest tick: tip [mm], the third (axis) and first column of its frame, and the force of the wood on it [N]. there: 0 if there is no second hand. */
 export interface SecondHand { there: number; tool: Tool | null; tip: Vec3; axis: Vec3; side: Vec3; force: Vec3 }
@@ -156,9 +156,9 @@ export interface Fonts { json: string }
 export interface PrintFaults { overhang: number; thin: number; area: number; thinnest: number; pieces: number }
 /** The milling job. JSON: programs (name, lines), collisions (kind, program, line, tool, time: its end [s], volume_mm3), warnings and error (sentences). Sent after Welcome, and when it changes. */
 export interface Playback { json: string }
-/** The moment of a milling job that is shown. time: of the job [s]. computed: the job is computed up to here [s]; done: 1 if all of it is. share: progress of computing, 0 to 1. playing, speed, stops: as in PlayProgram. program, line: as in GoToLine; line 0: before the first move. tool: its number; 0: none. rapid: 1 if it is a rapid move. force [N], power [W]: largest of the move; 0: unknown. stopped: the index of the collision at which it stopped; -1: none. */
+/** The moment of a milling job that is shown. time: of the job [s]. computed: the job is computed up to this time [s]. done: 1 if the whole job is computed. share: progress of computing, 0 to 1. playing, speed, stops: as in PlayProgram. program, line: as in GoToLine; line 0: before the first move. tool: its number; 0: none. rapid: 1 if it is a rapid move. force [N], power [W]: the maximum during the move; 0: unknown. stopped: the index of the collision at which the playback stopped; -1: none. */
 export interface Played { time: number; computed: number; done: number; share: number; playing: number; speed: number; stops: number; program: number; line: number; tool: number; rapid: number; force: number; power: number; stopped: number }
-/** The first message at --publish HOST:PORT, sent again when another document is opened. Readers send nothing. The JSON describes the rows of PublishedTicks: their size (row_bytes) and their columns (name, type, offset in bytes, count). */
+/** The first message that a reader of --publish HOST:PORT receives. It is sent again when another document is opened. Readers send nothing. The JSON describes the rows of PublishedTicks: their size (row_bytes) and their columns (name, type, offset in bytes, count). */
 export interface PublishedAbout { version: number; json: string }
 /** Every servo tick since the last such message: rows of PublishedAbout's row_bytes, one per hand. */
 export interface PublishedTicks { rows: Uint8Array }
