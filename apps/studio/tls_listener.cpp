@@ -2,6 +2,7 @@
 #include "apps/studio/tls_listener.h"
 
 #include <array>
+#include <cerrno>
 #include <utility>
 
 #include <boost/asio/buffer.hpp>
@@ -65,6 +66,11 @@ class TlsListener::State::Link : public std::enable_shared_from_this<Link> {
 
   void begin() {
     limit_.start(listener_->handshake, [self = shared_from_this()] { self->close(); });
+    wait_for_first_byte();
+  }
+
+ private:
+  void wait_for_first_byte() {
     outer_.next_layer().async_wait(ByteSocket::wait_read,
                                    [self = shared_from_this()](error_code failed) {
                                      if (failed) return self->close();
@@ -72,11 +78,12 @@ class TlsListener::State::Link : public std::enable_shared_from_this<Link> {
                                    });
   }
 
- private:
-  // Checks if the first byte begins a TLS handshake.
+  // Checks if the first byte begins a TLS handshake. A wait may end although nothing has arrived:
+  // Asio may attribute an event of a closed socket to a new one that reuses its state.
   void look() {
     uint8_t first = 0;
     const auto size = recv(outer_.next_layer().native_handle(), &first, 1, MSG_PEEK | MSG_DONTWAIT);
+    if (size < 0 && (errno == EAGAIN || errno == EINTR)) return wait_for_first_byte();
     if (size != 1) return close();
     if (first != kTlsHandshake) {
       end_stranger();
