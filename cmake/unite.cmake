@@ -1,8 +1,8 @@
 # Optimisation levels by folder, and sources compiled several at a time. Most of the time to compile
 # a small source goes into the headers, so this halves the first build.
 #
-# Names in anonymous namespaces must differ within a folder. -DKIBORI_UNITE=OFF compiles each source
-# alone, as clang-tidy needs it.
+# Names in anonymous namespaces must differ within a folder. Each test has a namespace of its own.
+# -DKIBORI_UNITE=OFF compiles each source alone, as clang-tidy needs it.
 option(KIBORI_UNITE "Compile several sources of a folder at once" ON)
 
 # Sets the compile options of the sources of a target in folders (a regular expression), for the
@@ -31,7 +31,7 @@ function(kibori_unite target)
       continue()
     endif()
     cmake_path(GET source PARENT_PATH group)
-    string(REGEX REPLACE "^.*/(kibori|apps|python)/" "" group ${group})
+    cmake_path(RELATIVE_PATH group BASE_DIRECTORY ${PROJECT_SOURCE_DIR})
     string(REPLACE "/" "_" group ${group})
     math(EXPR count_${group} "${count_${group}} + 1")
     math(EXPR part "(${count_${group}} - 1) / 6")

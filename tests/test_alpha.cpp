@@ -14,7 +14,7 @@
 #include "tests/reshape_support.h"
 #include "tests/support.h"
 
-namespace kibori {
+namespace kibori::alpha_tests {
 namespace {
 
 using test::cube;
@@ -149,4 +149,4 @@ TEST(Alpha, TicksAndMirrors) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::alpha_tests

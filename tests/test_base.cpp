@@ -18,7 +18,7 @@
 
 #include "tests/support.h"
 
-namespace kibori {
+namespace kibori::base_tests {
 namespace {
 
 TEST(Percent, IsWrittenWithoutExponentsAndAllMeansAll) {
@@ -166,4 +166,4 @@ TEST(Messages, ShortenLongNames) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::base_tests

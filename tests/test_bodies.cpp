@@ -20,7 +20,7 @@
 #include "support.h"
 #include "surface_check.h"
 
-namespace kibori {
+namespace kibori::bodies_tests {
 namespace {
 
 using test::Random;
@@ -631,4 +631,4 @@ TEST(Bodies, ManyPiecesOfAStrokeKeepTheirBodysPose) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::bodies_tests

@@ -21,7 +21,7 @@
 #include "tests/modes.h"
 #include "tests/support.h"
 
-namespace kibori {
+namespace kibori::brush_path_tests {
 namespace {
 
 using test::Folder;
@@ -537,4 +537,4 @@ TEST(BrushPath, ABrushWithNothingToDoReportsIt) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::brush_path_tests

@@ -12,7 +12,7 @@
 
 #include "tests/document_support.h"
 
-namespace kibori {
+namespace kibori::carve_again_tests {
 namespace {
 
 using test::Folder;
@@ -94,4 +94,4 @@ TEST(CarveAgain, AnotherPitch) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::carve_again_tests

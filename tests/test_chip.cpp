@@ -13,7 +13,7 @@
 
 #include "tests/support.h"
 
-namespace kibori {
+namespace kibori::chip_tests {
 namespace {
 
 using test::Random;
@@ -325,4 +325,4 @@ TEST(Chip, ForcesDoNotJump) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::chip_tests

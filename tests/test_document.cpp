@@ -16,7 +16,7 @@
 #include "tests/document_support.h"
 #include "tests/plain_material.h"
 
-namespace kibori {
+namespace kibori::document_tests {
 namespace {
 
 using namespace test;
@@ -766,4 +766,4 @@ TEST(Document, AnEmptyStockIsAStock) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::document_tests

@@ -12,7 +12,7 @@
 
 #include "tests/document_support.h"
 
-namespace kibori {
+namespace kibori::document_access_tests {
 namespace {
 
 using namespace test;
@@ -190,4 +190,4 @@ TEST(Document, RefusesWhatIsNone) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::document_access_tests

@@ -22,7 +22,7 @@
 #include "tests/reshape_support.h"
 #include "tests/surface_check.h"
 
-namespace kibori {
+namespace kibori::document_bodies_tests {
 namespace {
 
 using namespace test;
@@ -524,4 +524,4 @@ TEST(DocumentBodies, SeveredPiecesOfAStrokeFallOff) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::document_bodies_tests

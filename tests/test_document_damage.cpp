@@ -24,7 +24,7 @@
 
 #include "tests/document_support.h"
 
-namespace kibori {
+namespace kibori::document_damage_tests {
 namespace {
 
 using namespace test;
@@ -534,4 +534,4 @@ TEST(DocumentDamage, DeepJsonInEveryRow) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::document_damage_tests

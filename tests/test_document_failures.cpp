@@ -23,7 +23,7 @@
 #include "tests/document_support.h"
 #include "tests/fault_vfs.h"
 
-namespace kibori {
+namespace kibori::document_failures_tests {
 namespace {
 
 using namespace test;
@@ -527,4 +527,4 @@ TEST(Document, RowsOfOtherDataAreReported) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::document_failures_tests

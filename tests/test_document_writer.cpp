@@ -23,7 +23,7 @@
 #include "tests/modes.h"
 #include "tests/support.h"
 
-namespace kibori {
+namespace kibori::document_writer_tests {
 namespace {
 
 using test::arm;
@@ -723,4 +723,4 @@ TEST(DocumentWriter, AFullDiskIsReportedAndNothingIsLost) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::document_writer_tests

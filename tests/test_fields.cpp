@@ -13,7 +13,7 @@
 #include <kibori/reshape/brush.h>
 #include <kibori/scene/scene.h>
 
-namespace kibori {
+namespace kibori::fields_tests {
 namespace {
 
 // A different valid value for a field.
@@ -146,4 +146,4 @@ TEST(SceneFields, RoundTripThroughAScene) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::fields_tests

@@ -30,7 +30,7 @@
 
 #include "tests/support.h"
 
-namespace kibori {
+namespace kibori::files_tests {
 namespace {
 
 using test::Random;
@@ -649,4 +649,4 @@ TEST(ReadFile, RefusesWhatMayNeverEnd) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::files_tests

@@ -14,7 +14,7 @@
 #include "tests/fake_dhd.h"
 #include "tests/support.h"
 
-namespace kibori {
+namespace kibori::force_dimension_tests {
 namespace {
 
 class ForceDimension : public ::testing::Test {
@@ -138,4 +138,4 @@ TEST_F(ForceDimension, ReportsWhyItIsMissing) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::force_dimension_tests

@@ -16,7 +16,7 @@
 #include "tests/pose_support.h"
 #include "tests/support.h"
 
-namespace kibori {
+namespace kibori::force_poses_tests {
 namespace {
 
 using namespace test;
@@ -592,4 +592,4 @@ TEST(ForcePoses, NoTickPushesTheTool) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::force_poses_tests

@@ -9,7 +9,7 @@
 #include "tests/plain_material.h"
 #include "tests/support.h"
 
-namespace kibori {
+namespace kibori::forces_tests {
 namespace {
 
 using test::Random;
@@ -509,4 +509,4 @@ TEST(DirectTool, RefusesATickItCannotSplit) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::forces_tests

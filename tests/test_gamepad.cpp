@@ -9,7 +9,7 @@
 
 #include <kibori/devices/gamepad_device.h>
 
-namespace kibori {
+namespace kibori::gamepad_tests {
 namespace {
 
 using std::chrono::milliseconds;
@@ -153,4 +153,4 @@ TEST_F(Gamepad, ReportsAMissingDevice) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::gamepad_tests

@@ -12,7 +12,7 @@
 #include "tests/golden_paths.h"
 #include "tests/golden_session.h"
 
-namespace kibori {
+namespace kibori::golden_tests {
 namespace {
 
 TEST(Golden, SameBytesOnEveryVectorUnitAndNumberOfThreads) {
@@ -55,4 +55,4 @@ TEST(Golden, PathsOfScripts) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::golden_tests

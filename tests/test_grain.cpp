@@ -16,7 +16,7 @@
 
 #include "tests/support.h"
 
-namespace kibori {
+namespace kibori::grain_tests {
 namespace {
 
 using test::Random;
@@ -355,4 +355,4 @@ TEST(Grain, AnyLatticeHasPlacesForAllOfIt) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::grain_tests

@@ -23,7 +23,7 @@
 #include "tests/support.h"
 #include "tests/surface_check.h"
 
-namespace kibori {
+namespace kibori::growth_tests {
 namespace {
 
 using test::Folder;
@@ -612,4 +612,4 @@ TEST(Growth, AKilledProcessLeavesAnExactBeginning) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::growth_tests

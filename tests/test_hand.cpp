@@ -17,7 +17,7 @@
 
 #include "tests/support.h"
 
-namespace kibori {
+namespace kibori::hand_tests {
 namespace {
 
 using test::Random;
@@ -452,4 +452,4 @@ TEST(Hand, ABlockedToolIsReported) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::hand_tests

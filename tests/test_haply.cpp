@@ -16,7 +16,7 @@
 #include "tests/device_support.h"
 #include "tests/support.h"
 
-namespace kibori {
+namespace kibori::haply_tests {
 namespace {
 
 using std::chrono::milliseconds;
@@ -160,4 +160,4 @@ TEST(Haply, ReportsErrors) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::haply_tests

@@ -24,7 +24,7 @@
 #include "tests/plain_material.h"
 #include "tests/support.h"
 
-namespace kibori {
+namespace kibori::haptics_tests {
 namespace {
 
 using test::arm;
@@ -620,4 +620,4 @@ TEST(Live, AStoppedProcessResumesWithoutForce) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::haptics_tests

@@ -22,7 +22,7 @@
 
 #include "tests/support.h"
 
-namespace kibori {
+namespace kibori::import_tests {
 namespace {
 
 using test::Folder;
@@ -400,4 +400,4 @@ TEST(Import, APictureMayBeInverted) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::import_tests

@@ -22,7 +22,7 @@
 
 #include "tests/support.h"
 
-namespace kibori {
+namespace kibori::labels_tests {
 namespace {
 
 using test::Folder;
@@ -467,4 +467,4 @@ TEST(Nrrd, DamageIsSurvived) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::labels_tests

@@ -24,7 +24,7 @@
 #include "tests/support.h"
 #include "tests/surface_check.h"
 
-namespace kibori {
+namespace kibori::layers_tests {
 namespace {
 
 using test::broken;
@@ -348,4 +348,4 @@ TEST(Picture, ShowsTheObjectInItsFrame) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::layers_tests

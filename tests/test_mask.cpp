@@ -23,7 +23,7 @@
 #include "tests/support.h"
 #include "tests/surface_check.h"
 
-namespace kibori {
+namespace kibori::mask_tests {
 namespace {
 
 using test::add;
@@ -334,4 +334,4 @@ TEST(Mask, BadBrushesAreRefused) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::mask_tests

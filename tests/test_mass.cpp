@@ -11,7 +11,7 @@
 
 #include "tests/support.h"
 
-namespace kibori {
+namespace kibori::mass_tests {
 namespace {
 
 TEST(Mass, ABlockAndABallAreAsTheyAreWorkedOut) {
@@ -65,4 +65,4 @@ TEST(Mass, WhatIsEmptyWeighsNothing) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::mass_tests

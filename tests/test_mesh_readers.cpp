@@ -31,7 +31,7 @@
 
 #include "tests/support.h"
 
-namespace kibori {
+namespace kibori::mesh_readers_tests {
 namespace {
 
 using test::Random;
@@ -1316,4 +1316,4 @@ TEST(MeshText, WordsLinesAndNumbers) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::mesh_readers_tests

@@ -11,7 +11,7 @@
 
 #include "tests/support.h"
 
-namespace kibori {
+namespace kibori::mesh_repair_tests {
 namespace {
 
 // The twelve triangles of a box; every triangle has vertices of its own, as in STL.
@@ -122,4 +122,4 @@ TEST(MeshRepair, InvertedBodiesAreTurned) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::mesh_repair_tests

@@ -13,7 +13,7 @@
 
 #include "tests/support.h"
 
-namespace kibori {
+namespace kibori::mill_batch_tests {
 namespace {
 
 using test::Random;
@@ -131,4 +131,4 @@ TEST(Batch, EqualsOneByOne) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::mill_batch_tests

@@ -12,7 +12,7 @@
 
 #include "tests/support.h"
 
-namespace kibori {
+namespace kibori::mill_interpreter_tests {
 namespace {
 
 struct Ran {
@@ -262,4 +262,4 @@ TEST(Gcode, HostileTextNeitherCrashesNorHangs) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::mill_interpreter_tests

@@ -15,7 +15,7 @@
 #include <kibori/mill/arc.h>
 #include <kibori/mill/program.h>
 
-namespace kibori {
+namespace kibori::mill_programs_tests {
 namespace {
 
 namespace fs = std::filesystem;
@@ -191,4 +191,4 @@ INSTANTIATE_TEST_SUITE_P(Mill, ProgramWithParameters,
                                          Case{"cutout.ngc", 1, 56}));
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::mill_programs_tests

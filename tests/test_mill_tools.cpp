@@ -11,7 +11,7 @@
 
 #include "tests/support.h"
 
-namespace kibori {
+namespace kibori::mill_tools_tests {
 namespace {
 
 TEST(MillTools, LinuxCncTable) {
@@ -201,4 +201,4 @@ TEST(Machining, ClosedForms) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::mill_tools_tests

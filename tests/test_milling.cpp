@@ -20,7 +20,7 @@
 
 #include "tests/support.h"
 
-namespace kibori {
+namespace kibori::milling_tests {
 namespace {
 
 using test::Random;
@@ -528,4 +528,4 @@ TEST(MillingDocument, HoldsTheMovesBeforeAnError) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::milling_tests

@@ -20,7 +20,7 @@
 #include "tests/reshape_support.h"
 #include "tests/surface_check.h"
 
-namespace kibori {
+namespace kibori::mixtures_tests {
 namespace {
 
 using test::Folder;
@@ -294,4 +294,4 @@ TEST(Mixtures, FoundErrorsStayFixed) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::mixtures_tests

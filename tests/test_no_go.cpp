@@ -19,7 +19,7 @@
 #include "tests/support.h"
 #include "tests/surface_check.h"
 
-namespace kibori {
+namespace kibori::no_go_tests {
 namespace {
 
 using test::Random;
@@ -488,4 +488,4 @@ speed = 60
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::no_go_tests

@@ -14,7 +14,7 @@
 #include "tests/fake_hd.h"
 #include "tests/support.h"
 
-namespace kibori {
+namespace kibori::open_haptics_tests {
 namespace {
 
 using std::chrono::milliseconds;
@@ -102,4 +102,4 @@ TEST_F(OpenHaptics, EveryErrorCodeIsAFaultThatStays) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::open_haptics_tests

@@ -10,7 +10,7 @@
 
 #include <kibori/base/parallel.h>
 
-namespace kibori {
+namespace kibori::parallel_tests {
 namespace {
 
 // Memory of this process [pages].
@@ -50,4 +50,4 @@ TEST(Parallel, ManyCallsTakeNoMoreMemory) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::parallel_tests

@@ -21,7 +21,7 @@
 #include "apps/studio/session/playback_session.h"
 #include "tests/support.h"
 
-namespace kibori {
+namespace kibori::playback_tests {
 namespace {
 
 using test::Random;
@@ -343,4 +343,4 @@ TEST(Playback, AnUploadBecomesPlainFiles) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::playback_tests

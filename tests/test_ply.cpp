@@ -14,7 +14,7 @@
 
 #include "tests/support.h"
 
-namespace kibori {
+namespace kibori::ply_tests {
 namespace {
 
 using test::Random;
@@ -322,4 +322,4 @@ TEST(Ply, BrokenFilesAreRefusedOrSound) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::ply_tests

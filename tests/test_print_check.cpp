@@ -10,7 +10,7 @@
 #include <kibori/solid/tool.h>
 #include <kibori/surface/surface.h>
 
-namespace kibori {
+namespace kibori::print_check_tests {
 namespace {
 
 struct Areas {
@@ -129,4 +129,4 @@ TEST(PrintCheck, NothingIsNoFault) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::print_check_tests

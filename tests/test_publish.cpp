@@ -16,7 +16,7 @@
 #include "apps/publish/publisher.h"
 #include "apps/publish/tick_server.h"
 
-namespace kibori {
+namespace kibori::publish_tests {
 namespace {
 
 class Reader {
@@ -191,4 +191,4 @@ TEST(Publish, TheSecondHandHasARowOfItsOwn) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::publish_tests

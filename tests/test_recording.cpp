@@ -16,7 +16,7 @@
 
 #include "tests/support.h"
 
-namespace kibori {
+namespace kibori::recording_tests {
 namespace {
 
 TEST(Recording, PlaysBackWhatWasRead) {
@@ -86,4 +86,4 @@ TEST(Registry, KnowsTheKinds) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::recording_tests

@@ -23,7 +23,7 @@
 #include "tests/support.h"
 #include "tests/surface_check.h"
 
-namespace kibori {
+namespace kibori::reshape_tests {
 namespace {
 
 using test::add;
@@ -983,4 +983,4 @@ TEST(Reshape, RandomMixturesStayClosedAndRepeat) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::reshape_tests

@@ -17,7 +17,7 @@
 #include "tests/support.h"
 #include "tests/surface_check.h"
 
-namespace kibori {
+namespace kibori::reshape_stroke_tests {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
@@ -810,4 +810,4 @@ TEST(Wheel, CentresALump) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::reshape_stroke_tests

@@ -18,7 +18,7 @@
 #include <kibori/base/child.h>
 #include <kibori/base/file.h>
 
-namespace kibori {
+namespace kibori::rs274_tests {
 namespace {
 
 class Rs274 : public testing::Test {
@@ -198,4 +198,4 @@ TEST(Rs274Lines, Numbers) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::rs274_tests

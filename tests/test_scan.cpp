@@ -13,7 +13,7 @@
 
 #include "tests/support.h"
 
-namespace kibori {
+namespace kibori::scan_tests {
 namespace {
 
 using test::Random;
@@ -279,4 +279,4 @@ INSTANTIATE_TEST_SUITE_P(Models, RealMesh,
                          });
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::scan_tests

@@ -21,7 +21,7 @@
 
 #include "tests/support.h"
 
-namespace kibori {
+namespace kibori::scene_tests {
 namespace {
 
 const std::string kGood = R"([stock]
@@ -919,4 +919,4 @@ TEST(MeshFile, NamesWhatItCannotRead) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::scene_tests

@@ -10,7 +10,7 @@
 
 #include "tests/support.h"
 
-namespace kibori {
+namespace kibori::snapshots_tests {
 namespace {
 
 TEST(Snapshots, ReadersSeeOneMomentWhileTheWriterCarves) {
@@ -90,4 +90,4 @@ TEST(Snapshots, APlainBlockIsSmallInAnyLattice) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::snapshots_tests

@@ -11,7 +11,7 @@
 
 #include "tests/support.h"
 
-namespace kibori {
+namespace kibori::spans_tests {
 namespace {
 
 using test::Random;
@@ -396,4 +396,4 @@ TEST(Spans, WhatMovesUpKeepsItsPaint) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::spans_tests

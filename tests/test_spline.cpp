@@ -19,7 +19,7 @@
 #include "tests/support.h"
 #include "tests/surface_check.h"
 
-namespace kibori {
+namespace kibori::spline_tests {
 namespace {
 
 using test::cube;
@@ -922,4 +922,4 @@ TEST(SplineForce, MovedVolumeIsTheIntegralOfItsSize) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::spline_tests

@@ -12,7 +12,7 @@
 
 #include "tests/support.h"
 
-namespace kibori {
+namespace kibori::spring_tool_tests {
 namespace {
 
 using test::Random;
@@ -598,4 +598,4 @@ TEST(SpringTool, WaitsUntilItIsOutside) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::spring_tool_tests

@@ -25,7 +25,7 @@
 
 #include "tests/support.h"
 
-namespace kibori {
+namespace kibori::stamp_tests {
 namespace {
 
 using test::Folder;
@@ -308,4 +308,4 @@ TEST(Stamp, SweptLettersAgreeWithDenseSampling) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::stamp_tests

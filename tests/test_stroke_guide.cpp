@@ -14,7 +14,7 @@
 
 #include "tests/support.h"
 
-namespace kibori {
+namespace kibori::stroke_guide_tests {
 namespace {
 
 using test::Random;
@@ -505,4 +505,4 @@ TEST(StrokeGuide, AStampsDistanceIsChecked) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::stroke_guide_tests

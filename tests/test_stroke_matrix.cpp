@@ -28,7 +28,7 @@
 #include "tests/live_rig.h"
 #include "tests/support.h"
 
-namespace kibori {
+namespace kibori::stroke_matrix_tests {
 namespace {
 
 using namespace test;
@@ -322,4 +322,4 @@ INSTANTIATE_TEST_SUITE_P(Variants, StrokeMatrix,
                          [](const auto& variant) { return std::string(name_of(variant.param)); });
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::stroke_matrix_tests

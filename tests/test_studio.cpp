@@ -21,7 +21,7 @@
 
 #include "tests/support.h"
 
-namespace kibori {
+namespace kibori::studio_tests {
 namespace {
 
 using test::Folder;
@@ -613,4 +613,4 @@ TEST(Studio, RaysNearAPlaceAndTheNodesThatVanishOnThem) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::studio_tests

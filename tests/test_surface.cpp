@@ -26,7 +26,7 @@
 #include "tests/support.h"
 #include "tests/surface_check.h"
 
-namespace kibori {
+namespace kibori::surface_tests {
 namespace {
 
 using test::broken;
@@ -681,4 +681,4 @@ TEST(Surface, BordersOfMaterialsMoveNoVertex) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::surface_tests

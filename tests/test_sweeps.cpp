@@ -17,7 +17,7 @@
 #include "tests/every_tool.h"
 #include "tests/support.h"
 
-namespace kibori {
+namespace kibori::sweeps_tests {
 namespace {
 
 using test::Random;
@@ -658,4 +658,4 @@ TEST(SweptConvex, ClearStartGivesTheSameNewMaterial) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::sweeps_tests

@@ -16,7 +16,7 @@
 #include "tests/support.h"
 #include "tests/surface_check.h"
 
-namespace kibori {
+namespace kibori::symmetry_tests {
 namespace {
 
 using test::Random;
@@ -231,4 +231,4 @@ TEST(Symmetry, ReplaysAreTheSame) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::symmetry_tests

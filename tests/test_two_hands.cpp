@@ -18,7 +18,7 @@
 #include "tests/live_rig.h"
 #include "tests/support.h"
 
-namespace kibori {
+namespace kibori::two_hands_tests {
 namespace {
 
 using test::arm;
@@ -435,4 +435,4 @@ TEST(TwoHands, AnInvalidSceneIsExplained) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::two_hands_tests

@@ -13,7 +13,7 @@
 #include "tests/plain_material.h"
 #include "tests/support.h"
 
-namespace kibori {
+namespace kibori::volume_tests {
 namespace {
 
 using test::Random;
@@ -230,4 +230,4 @@ TEST(Volume, PassesSideBySideOnNodesAddUp) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::volume_tests

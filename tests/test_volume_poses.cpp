@@ -17,7 +17,7 @@
 #include "tests/pose_support.h"
 #include "tests/support.h"
 
-namespace kibori {
+namespace kibori::volume_poses_tests {
 namespace {
 
 using namespace test;
@@ -717,4 +717,4 @@ TEST(VolumePoses, TotalsOfEachMaterialAddUp) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::volume_poses_tests

@@ -23,7 +23,7 @@
 #include "tests/device_support.h"
 #include "tests/support.h"
 
-namespace kibori {
+namespace kibori::vrpn_tests {
 namespace {
 
 using std::chrono::milliseconds;
@@ -196,4 +196,4 @@ TEST(Vrpn, ReportsErrors) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::vrpn_tests

@@ -16,7 +16,7 @@
 #include "tests/support.h"
 #include "tests/surface_check.h"
 
-namespace kibori {
+namespace kibori::warp_tests {
 namespace {
 
 using test::add;
@@ -624,4 +624,4 @@ TEST(Warp, RandomOnesAreClosedAndAgree) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::warp_tests

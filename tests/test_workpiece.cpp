@@ -7,7 +7,7 @@
 
 #include "tests/document_support.h"
 
-namespace kibori {
+namespace kibori::workpiece_tests {
 namespace {
 
 using test::Folder;
@@ -151,4 +151,4 @@ TEST(Workpiece, RefusesWhatItCant) {
 }
 
 }  // namespace
-}  // namespace kibori
+}  // namespace kibori::workpiece_tests

@@ -4,6 +4,7 @@
 // the pointer. Usage: node test_brushes.mjs KIBORI [SCREENSHOTS]
 import { spawn } from "node:child_process";
 import { cpus } from "node:os";
+import { deflateSync } from "node:zlib";
 import {
   after,
   answered,
@@ -557,6 +558,78 @@ async function penPressure() {
   await studio.end();
 }
 
+/** A grey PNG with `side` pixels per side. `grey`: the value at a column and a row, 0 to 255. */
+function png(side, grey) {
+  const chunk = (type, data) => {
+    const body = Buffer.concat([Buffer.from(type), data]),
+      head = Buffer.alloc(4),
+      sum = Buffer.alloc(4);
+    head.writeUInt32BE(data.length);
+    sum.writeUInt32BE(crc32(body));
+    return Buffer.concat([head, body, sum]);
+  };
+  const head = Buffer.from([0, 0, 0, 0, 0, 0, 0, 0, 8, 0, 0, 0, 0]); // 8 bits, grey
+  head.writeUInt32BE(side, 0);
+  head.writeUInt32BE(side, 4);
+  const rows = Buffer.alloc(side * (side + 1));
+  for (let y = 0; y < side; y++)
+    for (let x = 0; x < side; x++) rows[y * (side + 1) + 1 + x] = grey(x, y);
+  return Buffer.concat([
+    Buffer.from([137, 80, 78, 71, 13, 10, 26, 10]),
+    chunk("IHDR", head),
+    chunk("IDAT", deflateSync(rows)),
+    chunk("IEND", Buffer.alloc(0)),
+  ]);
+}
+function crc32(bytes) {
+  let sum = ~0;
+  for (const byte of bytes) {
+    sum ^= byte;
+    for (let i = 0; i < 8; i++) sum = (sum >>> 1) ^ (sum & 1 ? 0xedb88320 : 0);
+  }
+  return ~sum >>> 0;
+}
+
+/** The user's own picture as the texture of a brush. */
+async function ownTexture() {
+  const studio = await Studio.start();
+  const page = await open(SIZE);
+  await enter(page, studio.url);
+  const middle = await begun(page, "limewood");
+  const from = { x: middle.x - 60, y: middle.y },
+    to = { x: middle.x + 60, y: middle.y };
+  await pick(page, "inflate");
+  const added = async () => {
+    const before = await state(page);
+    await stroke(page, from, to);
+    const now = await after(page, before.step);
+    await page.locator("#view").focus();
+    await page.keyboard.press("Control+z");
+    const undone = await until(page, "undone", (s) => s.hash === before.hash);
+    return Number(now.volume) - Number(undone.volume);
+  };
+  const plain = await added();
+  await page.locator("#alpha").selectOption("picture");
+  const none = await added();
+  check(`without a file there is no texture (${none}, ${plain} mm³)`, Math.abs(none / plain - 1) < 0.1);
+  const stripes = png(64, (x) => (x < 32 ? 255 : 0));
+  await page.locator("#texture").setInputFiles({ name: "stripes.png", mimeType: "image/png", buffer: stripes });
+  const striped = await added();
+  check(`stripes halve what is added (${striped}, ${plain} mm³)`, Math.abs(striped / plain - 0.5) < 0.15);
+  await show(page, "own-texture");
+  await page.locator("#texture").setInputFiles({ name: "x.png", mimeType: "image/png", buffer: Buffer.from("no picture") });
+  await eventually("the reason", async () =>
+    (await page.locator("#notice").textContent()).includes("x.png"),
+  );
+  await page.locator("#view").focus();
+  await page.keyboard.press("Control+y");
+  await until(page, "redone", (s) => Number(s.volume) !== 0);
+  await page.keyboard.press("Control+o");
+  await started(page);
+  check("the command line carves the same", verified());
+  await studio.end();
+}
+
 /** What is behind a box or a lasso is hidden and cannot be pressed. The piece stays. */
 async function hiding() {
   const studio = await Studio.start();
@@ -694,6 +767,7 @@ const parts = [
   scaleFromAbove,
   invertedBrushes,
   penPressure,
+  ownTexture,
   masks,
   hiding,
   anotherDetail,

@@ -413,7 +413,7 @@ export class Hand {
 
   /** Toggles the symmetry plane between the left and right halves. */
   toggleSymmetry(): void {
-    if (this.readOnly || this.shape === "mesh") return;
+    if (this.readOnly) return;
     const boxes = [...element("symmetry").querySelectorAll("input")];
     const any = boxes.some((box) => box.checked);
     boxes.forEach((box, i) => (box.checked = !any && i === 0));

@@ -208,11 +208,9 @@ export const brushButtons = (): string =>
     const { name, about, icon, key } = BRUSHES[mode]!;
     return `<label title="${name}: ${about} (${key.toUpperCase()})"><input type="radio" name="brush" value="${mode}" aria-label="${name}" /><svg viewBox="0 0 24 24" aria-hidden="true">${icon}</svg><span aria-hidden="true">${name}</span></label>`;
   }).join("");
-/** The options of the list of textures. Own pictures are offered to scenes only. */
+/** The options of the list of textures. */
 export const alphaOptions = (): string =>
-  ALPHAS.filter((alpha) => alpha !== "picture")
-    .map((alpha) => `<option value="${alpha}">${t(`alpha_${alpha}`)}</option>`)
-    .join("");
+  ALPHAS.map((alpha) => `<option value="${alpha}">${t(`alpha_${alpha}`)}</option>`).join("");
 export function fillPalette(palette: HTMLElement): void {
   palette.replaceChildren(
     ...PALETTE.map(([color, name]) => {
