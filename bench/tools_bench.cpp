@@ -2,7 +2,7 @@
 // Measures one step of every tool. Each tool is as wide as a ball of R = 32 cells. It scrapes the
 // top of a block of 512^3 nodes. The depth is a quarter of the radius, and a step is one cell. The
 // force model is `energy`. The stock is first a material without grain, and then oak, whose grain
-// and rings affect the force.
+// and rings affect the force. Then the tool also turns in each step, in the first material.
 //
 //   tools_bench [--json] [--quick] [SHAPE]
 #include <cmath>
@@ -27,6 +27,7 @@ using namespace kibori_bench;
 namespace {
 
 constexpr int kNodes = 512, kRadius = 32;
+constexpr double kTurn = 0.001;  // about the vertical axis [rad]: 57 degrees per second
 
 Tool tool_of(size_t shape) {
   const double length = 100;
@@ -39,7 +40,9 @@ Tool tool_of(size_t shape) {
   return test::usual_tool(shape, {kRadius, length});
 }
 
-std::vector<double> steps_of(const Tool& tool, const Material& material, int steps) {
+// `turn`: rotation vector of each step [rad].
+std::vector<double> steps_of(const Tool& tool, const Material& material, int steps,
+                             const Vec3& turn = Vec3::Zero()) {
   Lattice lattice;
   lattice.nodes = Index3(kNodes, kNodes, kNodes);
   TriDexel model(lattice);
@@ -57,7 +60,7 @@ std::vector<double> steps_of(const Tool& tool, const Material& material, int ste
   us.reserve(path.size());
   for (const Point& p : path) {
     const double start = now_us();
-    if (!stroke.advance(tool, tip(p), Vec3::Zero(), Mode::cut, {ForceModel::energy, 6}, materials))
+    if (!stroke.advance(tool, tip(p), turn, Mode::cut, {ForceModel::energy, 6}, materials))
       std::abort();
     us.push_back(now_us() - start);
   }
@@ -85,8 +88,8 @@ int main(int argc, char** argv) {
     if (known.name == "oak") oak = known;
   nlohmann::ordered_json all;
   if (!json)
-    std::printf("us a step, R = 32 cells in 512^3\n%-10s %8s %8s %8s %8s\n", "", "plain p50", "p99",
-                "oak p50", "p99");
+    std::printf("us a step, R = 32 cells in 512^3\n%-10s %9s %8s %8s %8s %8s %8s %6s\n", "",
+                "plain p50", "p99", "oak p50", "p99", "turn p50", "p99", "ratio");
   for (size_t i = 0; i < kToolShapes.size(); i++) {
     const char* const shape = kToolShapes[i];
     if (!only.empty() && only != shape) continue;
@@ -94,14 +97,16 @@ int main(int argc, char** argv) {
     // Skip the half-space, which is infinite.
     if (!check_tool(tool) || !std::isfinite(reach_mm(tool))) continue;
     const std::vector<double> plain = steps_of(tool, Material{}, steps),
-                              step_times = steps_of(tool, oak, steps);
-    all[shape] = {{"plain_p50_us", median(plain)},
-                  {"plain_p99_us", percentile(plain, 0.99)},
-                  {"oak_p50_us", median(step_times)},
-                  {"oak_p99_us", percentile(step_times, 0.99)}};
+                              step_times = steps_of(tool, oak, steps),
+                              turning = steps_of(tool, Material{}, steps, Vec3(0, 0, kTurn));
+    all[shape] = {
+        {"plain_p50_us", median(plain)},     {"plain_p99_us", percentile(plain, 0.99)},
+        {"oak_p50_us", median(step_times)},  {"oak_p99_us", percentile(step_times, 0.99)},
+        {"turning_p50_us", median(turning)}, {"turning_p99_us", percentile(turning, 0.99)}};
     if (!json)
-      std::printf("%-10s %8.1f %8.1f %8.1f %8.1f\n", shape, median(plain), percentile(plain, 0.99),
-                  median(step_times), percentile(step_times, 0.99));
+      std::printf("%-10s %9.1f %8.1f %8.1f %8.1f %8.1f %8.1f %6.1f\n", shape, median(plain),
+                  percentile(plain, 0.99), median(step_times), percentile(step_times, 0.99),
+                  median(turning), percentile(turning, 0.99), median(turning) / median(plain));
   }
   if (json) std::printf("%s\n", all.dump(1).c_str());
 }

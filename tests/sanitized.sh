@@ -17,8 +17,13 @@ run() { # tree, name of the log, arguments ...
 export -f run
 case "$1" in
   # Eight parts, two of them at a time, because some tests take minutes.
+  #
+  # CI leaves out the tests that compare figures over long motions, or with a slow oracle. Shorter
+  # tests run the same code, and memory errors do not depend on the length of a motion.
   asan)
-    seq 0 7 | xargs -P 2 -I{} env GTEST_TOTAL_SHARDS=8 GTEST_SHARD_INDEX={} bash -c 'run asan part{}'
+    left_out=
+    [ -z "${CI:-}" ] || left_out='BrushPath.SlowDabs*:ForcePoses.*:Grain.MeansOver*:Growth.StrokesAreThose*:Hand.*:Live.ACommitIsNoJolt:Live.NoHandShakes*:NoGo.PushesBack*:ReshapeStroke.ClayKeepsItsVolume*:Simplify.StaysNear*:SplineModel.NodesMatch*:SplineShape.ATurnedCurve*:SplineShape.VolumesAre*:SpringTool.CutsAtWhole*:SpringTool.TakesWork*:SweptConvex.*:SweptRim.*:Symmetry.WhatIsLeft*:VolumePoses.*:Warp.KeepsVolume'
+    seq 0 7 | xargs -P 2 -I{} env GTEST_TOTAL_SHARDS=8 GTEST_SHARD_INDEX={} bash -c 'run asan part{} --gtest_filter="-$0"' "$left_out"
     ;;
   # Only tests with several threads run, for example edits of three fields, scans, surfaces,
   # snapshots and the document writer. TBB is not instrumented. DocumentWriter.Killed* is left out,
@@ -26,7 +31,7 @@ case "$1" in
   tsan)
     export TSAN_OPTIONS=ignore_noninstrumented_modules=1:halt_on_error=0
     status=0
-    run tsan all --gtest_filter='Snapshots.*:BlockPool.*:Scene.SummaryAddsUp:Scan.SoupsAgree*:Golden.*:Surface.LiveSurface*:Surface.RandomCarves*:Layers.*:Live.ASecond*:Parallel.AllIsDone*:DocumentWriter.*:PoseMerger.*:BrushPath.*:Reshape.RandomMixtures*:Warp.IsTheSame*:Studio.*:Document.Destinations*:Haply.*:Vrpn.*:OpenHaptics.*:Publish.*:-DocumentWriter.Killed*' || status=1
+    run tsan all --gtest_filter='Snapshots.*:BlockPool.*:Scene.SummaryAddsUp:Scan.SoupsAgree*:Golden.*:Surface.LiveSurface*:Surface.RandomCarves*:Layers.*:Live.ASecond*:Parallel.AllIsDone*:DocumentWriter.*:PoseMerger.*:BrushPath.*:Reshape.RandomMixtures*:Warp.IsTheSame*:Studio.*:Document.Destinations*:Haply.*:Vrpn.*:OpenHaptics.*:Publish.*:Playback.*:-DocumentWriter.Killed*' || status=1
     # These tests run Python threads in parallel with a servo loop. The kibori program in build/release
     # verifies their documents. Python itself is not instrumented, so LD_PRELOAD loads the
     # sanitiser's runtime. CI has no time to build the module a second time.

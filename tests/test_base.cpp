@@ -160,7 +160,8 @@ TEST(Messages, ShortenLongNames) {
                   .find("\xef\xbf\xbd"),
               std::string::npos);
   }
-  const Error error(std::string(1 << 20, 'b') + "; use a shorter name");
+  std::string text(1 << 20, 'b');
+  const Error error(text.append("; use a shorter name"));
   EXPECT_LT(error.message.size(), 4010u);
   EXPECT_TRUE(error.message.ends_with("; use a shorter name"));
 }

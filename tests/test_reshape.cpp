@@ -60,21 +60,23 @@ TEST(NodeBand, NearestEndsAsByLookingAtAll) {
       tool_at(BoxTool{Vec3(7, 9, 12)},
               Pose{random.in_box(8, 24), frame_from_axis(random.direction(), 1)}, model.lattice()));
   NodeBand band;
+  const size_t every = std::getenv("KIBORI_SHORT") ? 13 : 1;
   for (const auto& [width, first] : {std::pair(5.0f, Axis::x), std::pair(17.5f, Axis::x),
                                      std::pair(5.0f, Axis::y), std::pair(5.0f, Axis::z)}) {
     const NodeBox box{Index3::Constant(-3), Index3::Constant(35)};
     band.read(model, box, width, AxisTurn(first));
     size_t known = 0;
     for (size_t node = 0; node < band.phi().size(); node++) {
-      const Eigen::Vector3f place = band.node_at(node).cast<float>().matrix().array() + 0.5f;
-      float best = 1e9f, surely = 1e9f;
-      for (const SurfaceEnd& end : band.ends()) {
-        const float distance = (place - end.place).norm();
-        if (may_be_nearest(end, place, 0.001f)) best = std::min(best, distance);
-        if (may_be_nearest(end, place, -0.001f)) surely = std::min(surely, distance);
-      }
       const SurfaceEnd* const end = band.nearest(node);
       known += end != nullptr;
+      if (node % every) continue;
+      const Eigen::Vector3f place = band.node_at(node).cast<float>().matrix().array() + 0.5f;
+      float best = 1e9f, surely = 1e9f;
+      for (const SurfaceEnd& one : band.ends()) {
+        const float distance = (place - one.place).norm();
+        if (may_be_nearest(one, place, 0.001f)) best = std::min(best, distance);
+        if (may_be_nearest(one, place, -0.001f)) surely = std::min(surely, distance);
+      }
       if (end) {
         EXPECT_LT((place - end->place).norm(), surely + 1e-4f) << random.note();
         EXPECT_GT((place - end->place).norm(), best - 1e-4f) << random.note();
