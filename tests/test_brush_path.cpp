@@ -304,6 +304,35 @@ TEST(BrushPath, SlowDabsMakeTheSameModel) {
   }
 }
 
+// The first dab of a texture waits for the direction of the path. A slow hand gets it, too: there,
+// each tick is much shorter than the distance of two dabs.
+TEST(BrushPath, ATextureFollowsAHandOfAnySpeed) {
+  auto picture = std::make_shared<AlphaPicture>();
+  picture->greys.fill(255);
+  for (const Mode mode : {Mode::inflate, Mode::paint, Mode::smooth})
+    for (const Alpha alpha : {Alpha::none, Alpha::studs, Alpha::picture})
+      for (const double slower : {1.0, 10.0}) {
+        const std::string what = std::string(name_of(mode)) + " " + std::string(name_of(alpha)) +
+                                 " " + std::to_string(slower);
+        LiveSettings settings = brush_settings(mode);
+        settings.brush.alpha = alpha;
+        if (alpha == Alpha::picture) settings.brush.picture = picture;
+        settings.brush.color = {200, 10, 10};
+        const auto live = by_device(settings, [slower](double t) { return circle(t / slower); });
+        expect_document(
+            *live,
+            [&] {
+              run(*live, static_cast<int>(slower) * 320);
+              live->context().finish_stroke();
+            },
+            [&](const Document& document) {
+              ASSERT_EQ(document.steps().size(), 2u) << what;
+              const std::vector<Vec3> path = recorded_path(document, 2);
+              EXPECT_NEAR(length_of(path), 2 * std::numbers::pi * 9, 2) << what;
+            });
+      }
+}
+
 // The result of a warp depends only on its last pose.
 TEST(BrushPath, ASlowWarpEndsAtTheHand) {
   Gate gate;

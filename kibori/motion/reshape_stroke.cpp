@@ -149,9 +149,7 @@ Status ReshapeStroke::begin(const ReshapeSettings& settings, const std::vector<M
   edit_.forget();
   start_ = last_ = computed_at_ = start;
   held_ = {};
-  const bool waits =
-      settings.mode == Mode::press || settings.mode == Mode::snake_hook || has_texture();
-  to_next_mm_ = waits ? spacing_mm() : 0;
+  to_next_mm_ = settings.mode == Mode::press || needs_direction() ? spacing_mm() : 0;
   trail_ = start.tip;
   shift_ = random_shift(start.tip);
   hooked_mm_ = start.tip;

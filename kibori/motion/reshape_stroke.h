@@ -161,10 +161,9 @@ class ReshapeStroke {
   // has found no room.
   double pending_mm3() const { return pending_mm3_; }
   // Returns true if the result depends on the pose of begin() and the current pose, but not on the
-  // path between them. This is so for a warp, and for a snake hook that has not pulled yet.
-  bool holds_start() const {
-    return warps(settings_.mode) || (settings_.mode == Mode::snake_hook && !has_dab_);
-  }
+  // path between them. This is so for a warp, and for a brush whose first dab comes only after
+  // some path: it follows the path's direction.
+  bool holds_start() const { return warps(settings_.mode) || (needs_direction() && !has_dab_); }
 
   static constexpr double kMaxDabs = 10000;
 
@@ -195,6 +194,8 @@ class ReshapeStroke {
     return settings_.brush.alpha != Alpha::none && dabs(settings_.mode) &&
            settings_.mode != Mode::crease && settings_.mode != Mode::snake_hook;
   }
+  // True if a dab depends on the direction of the path before it.
+  bool needs_direction() const { return settings_.mode == Mode::snake_hook || has_texture(); }
   AlphaFrame alpha_frame(const Vec3& centre);
   Status crease(const Vec3& centre, Sums& sums);
   Status hook(const Vec3& centre, Sums& sums);
