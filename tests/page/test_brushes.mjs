@@ -611,13 +611,23 @@ async function ownTexture() {
   const plain = await added();
   await page.locator("#alpha").selectOption("picture");
   const none = await added();
-  check(`without a file there is no texture (${none}, ${plain} mm³)`, Math.abs(none / plain - 1) < 0.1);
+  check(
+    `without a file there is no texture (${none}, ${plain} mm³)`,
+    Math.abs(none / plain - 1) < 0.1,
+  );
   const stripes = png(64, (x) => (x < 32 ? 255 : 0));
-  await page.locator("#texture").setInputFiles({ name: "stripes.png", mimeType: "image/png", buffer: stripes });
+  await page
+    .locator("#texture")
+    .setInputFiles({ name: "stripes.png", mimeType: "image/png", buffer: stripes });
   const striped = await added();
-  check(`stripes halve what is added (${striped}, ${plain} mm³)`, Math.abs(striped / plain - 0.5) < 0.15);
+  check(
+    `stripes halve what is added (${striped}, ${plain} mm³)`,
+    Math.abs(striped / plain - 0.5) < 0.15,
+  );
   await show(page, "own-texture");
-  await page.locator("#texture").setInputFiles({ name: "x.png", mimeType: "image/png", buffer: Buffer.from("no picture") });
+  await page
+    .locator("#texture")
+    .setInputFiles({ name: "x.png", mimeType: "image/png", buffer: Buffer.from("no picture") });
   await eventually("the reason", async () =>
     (await page.locator("#notice").textContent()).includes("x.png"),
   );
