@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Measures the studio's page in Chromium without a graphics card at 1280 x 720. It reports frames
-// per second and processor time per frame, which other work on the machine changes little. The
-// pointer hovers over the solid, the camera turns, and a stroke is carved. The solid is a new block
-// of medium detail with half a million triangles.
+// per second, and processor time per frame. Other work on the machine changes the second figure
+// little. The pointer hovers over the solid, the camera turns, and a stroke is carved. The solid is
+// a new block of medium detail with half a million triangles.
 //
 // Usage: node bench/studio_hover.mjs KIBORI [SECONDS | --quick]
 import { readdirSync, readFileSync } from "node:fs";

@@ -30,7 +30,7 @@ using std::chrono::milliseconds;
 using test::read_fresh;
 using test::TcpServer;
 
-// Writes messages byte by byte after the protocol's description. Shares no code with the driver.
+// Writes messages byte by byte, as the protocol's documentation describes them. Shares no code with the driver.
 class VrpnBytes {
  public:
   VrpnBytes& i32(int32_t v) {
@@ -139,7 +139,7 @@ TEST(Vrpn, ReadsPosesAndButtonsAndSendsForceFields) {
   at += 24;
   EXPECT_NEAR(float_at(got, at + 8), 0.03, 1e-6);  // origin z [m]
   EXPECT_NEAR(float_at(got, at + 20), 2, 1e-6);    // force z [N]
-  // dFz/dz [N/m]: 0.5 N/mm, but at most 3 N within 5 mm.
+  // dFz/dz [N/m]: 0.5 N/mm is limited to 0.2 N/mm, because 2 N may grow to at most 3 N in 5 mm.
   EXPECT_NEAR(float_at(got, at + 24 + 32), -200, 1e-3);
   EXPECT_NEAR(float_at(got, at + 24), 0, 1e-6);  // dFx/dx
   EXPECT_GT(float_at(got, at + 60), 0);          // radius

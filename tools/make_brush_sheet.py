@@ -102,7 +102,7 @@ def strokes(mode, strength, specimen):
             lines.append(move(shifted(shifted(middle, out, at[1]), (1, 0, 0), at[0]), mode, out,
                               *([brush] if i == 0 else [])))
     elif mode == "twist":
-        lines.append(move(middle, mode, out, "roll_deg = 90", brush))
+        lines.append(move(middle, mode, out, "roll_deg = 90", "turn_deg_s = 180", brush))
     else:
         along = mode in ("nudge", "bend")
         lines.append(move(shifted(middle, (1, 0, 0) if along else out, 4), mode, out, brush))

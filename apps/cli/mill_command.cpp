@@ -67,7 +67,8 @@ MillCommand::MillCommand(CLI::App& app) {
       ->required();
   command_
       ->add_option("--stock", stock_,
-                   "a block X0,Y0,Z0,X1,Y1,Z1 in mm, a mesh, or a document with its result")
+                   "a block X0,Y0,Z0,X1,Y1,Z1 in mm, a mesh, or a document, whose current state "
+                   "becomes the stock")
       ->type_name("BLOCK|FILE");
   command_->add_option("--tools", tools_, "tool table: .tbl of LinuxCNC, .camotics or .toml")
       ->type_name("FILE");
@@ -100,13 +101,14 @@ MillCommand::MillCommand(CLI::App& app) {
       ->type_name("MESH");
   command_
       ->add_option("--tolerance", tolerance_,
-                   "of the target: smaller deviations are not reported; by default the pitch")
+                   "of the target: smaller gouges are not listed; by default the pitch")
       ->type_name("MM")
       ->check(kPositive);
   command_
-      ->add_option("--map", map_,
-                   "write what is left, coloured: blue where the target misses material, red where "
-                   "too much is left")
+      ->add_option(
+          "--map", map_,
+          "write the result, coloured by its deviation from the target: blue where material is "
+          "missing, red where too much is left")
       ->type_name("FILE.ply|.obj|.3mf|.glb|.png");
   command_
       ->add_option("--fixture", fixtures_,
@@ -118,21 +120,24 @@ MillCommand::MillCommand(CLI::App& app) {
   command_
       ->add_option(
           "--feed-for", feed_for_,
-          "limits of the estimated force (force=N) and power (power=W) of each line, and of "
-          "new feed rates (min=, max= in mm/min): --feed-to gets feed rates that keep them")
+          "limits for --feed-to: the maximum force (force=N) and power (power=W) of each line, and "
+          "the lowest and highest feed rate (min=, max= in mm/min)")
       ->type_name("force=N,...")
       ->delimiter(',');
   command_
-      ->add_option("--feed-to", feed_to_,
-                   "write the program with the feed rates of --feed-for; nothing else changes")
+      ->add_option(
+          "--feed-to", feed_to_,
+          "write the program with feed rates that stay within the limits of --feed-for; nothing "
+          "else changes")
       ->type_name("FILE");
   command_
       ->add_option("-o,--output", document_,
                    "write a document: a step for each tool, with the line of every move")
       ->type_name("FILE.kibori");
-  command_->add_flag("--z-only", z_only_,
-                     "edit the z field only: faster, for volumes and collisions with three axes; "
-                     "no mesh can be written");
+  command_->add_flag(
+      "--z-only", z_only_,
+      "edit the z field only: faster. Reports volumes and collisions of a machine with "
+      "three axes; no mesh can be written");
   command_->add_flag("--strict", strict_,
                      "exit with status 3 if anything collides or the target is gouged");
   command_->add_flag("--json", json_, "summary as JSON on standard output");

@@ -50,7 +50,8 @@ class WebSocketClient : public std::enable_shared_from_this<WebSocketClient> {
   void follow_map();
   void offer_method(MethodView::Clock::time_point now);
   size_t waiting_bytes() const { return waiting_bytes_; }
-  // Returns the id for the HTTP requests of this page. No other page knows it.
+  // Returns the id of this connection. The page sends the id with its HTTP requests, so that the
+  // server knows which page sent them. It is not the key with which a page enters.
   const std::string& key() const { return key_; }
 
  private:

@@ -43,16 +43,16 @@ class DirectTool {
   void set_no_go(const NoGo* no_go) { edit_.set_no_go(no_go); }
   // See ToolEdit::set_grows.
   void set_grows(bool grows) { edit_.set_grows(grows); }
-  // Sets the grain of the wood, which changes the cutting force. Null: only each material's u
-  // counts. `grain` must outlive the tool.
+  // Sets the grain of the wood, which changes the cutting force. Null: the force does not depend on
+  // the direction of the fibres. `grain` must outlive the tool.
   void set_grain(const Grain* grain) { edit_.set_grain(grain); }
-  // Returns the volume that the last advance() removed or added, for each material, with the
-  // images.
+  // Returns the volume that the last advance() removed or added, for each material. It includes
+  // the volume of the images.
   const Removed& removed() const { return removed_; }
-  // For the model `energy`: returns the volume whose resistance is pending [cells^3]
-  // (PathMean::unpaid). A volume that is pending at the end of a stroke never causes a force.
+  // For the model `energy`: returns the volume that was removed but has not caused a force yet
+  // [cells^3] (PathMean::unpaid). What is left of it at the end of a stroke never causes a force.
   double unpaid_cells() const { return mean_.unpaid(); }
-  // Returns the pending volume plus all volume that was dropped so far, at reversals and at the
+  // Returns this volume plus all volume that was dropped so far, at reversals and at the
   // ends of strokes.
   double without_force_cells() const { return mean_.never_paid(); }
   // Returns the shape of the chip from which the last advance() computed the force. All values are

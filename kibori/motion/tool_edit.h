@@ -48,8 +48,8 @@ class ToolEdit {
   // deposit off.
   void set_grows(bool grows) { grows_ = grows; }
 
-  // Sets the grain of the wood, which changes the cutting force. Null: only each material's u
-  // counts. `grain` must outlive every run().
+  // Sets the grain of the wood, which changes the cutting force. Null: the force does not depend on
+  // the direction of the fibres. `grain` must outlive every run().
   void set_grain(const Grain* grain) { grain_ = grain; }
   const Grain* grain() const { return grain_; }
 

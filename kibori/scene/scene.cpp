@@ -141,7 +141,7 @@ Result<MovePlan> plan_move(const Scene& scene, const Move& from, const Move& to)
   if (!first) return wrong(first.error());
   MovePlan plan;
   plan.turn_rad = first.value().turn_rad;
-  // The larger value of the two hands.
+  // Those of the first hand; below, the larger values of both hands.
   double length = first.value().length_mm, angle = std::sqrt(plan.turn_rad.squaredNorm());
   if (winds) {
     Result<MovePath> path = path_of(from, to, scene.stock.pitch_mm);

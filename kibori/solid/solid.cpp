@@ -54,8 +54,8 @@ bool Complement::spans(const RayTile& rays, int layer, SpanLayer& out) const {
 
 void Complement::normals(const RayTile& rays, int layer, const EndMasks& ends,
                          SpanLayer& of) const {
-  // The gap begins where interval layer - 1 of `inside` ends, and ends where interval `layer`
-  // begins. Its outward normals point into `inside`.
+  // The gap is between the end of interval (layer - 1) of `inside` and the begin of interval
+  // (layer). Its outward normals point into `inside`.
   const auto turn = [&](int inner_layer, bool at_inner_hi, const uint16_t(&mask)[kTileSide],
                         uint32_t* to) {
     SpanLayer inner;

@@ -10,7 +10,7 @@ namespace kibori {
 struct HalfSpace {
   static constexpr const char* kShape = "halfspace";
   static constexpr const char* kAbout =
-      "everything on the body's side of the plane through the tip";
+      "everything behind the plane through the tip normal to the axis";
   static constexpr bool kIsConvex = true;
 
   static void for_numbers(auto&, auto&&) {}

@@ -9,8 +9,8 @@ namespace kibori {
 struct Knife {
   static constexpr const char* kShape = "knife";
   static constexpr const char* kAbout =
-      "a spear-point knife, whose two edges of full angle `edge_deg` meet at the tip under "
-      "`point_deg`";
+      "a spear-point knife, whose two edges of full angle `edge_deg` meet at the tip at the "
+      "angle `point_deg`";
   static constexpr bool kIsConvex = true;
 
   double edge_deg = 20, point_deg = 60, length = 20;

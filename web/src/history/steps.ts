@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The tree of steps, as the message Steps reports it. This file computes the path that the strip
-// shows, its groups of strokes, and the branches that leave it. It does not use the elements of the
-// page.
+// of the history (history.ts) shows. It also finds the groups of strokes on this path, and the
+// branches that leave the path. It does not use the elements of the page.
 import type { Mode, Tool } from "../connection/kinds";
 import { Reader } from "../connection/wire";
 
@@ -10,8 +10,8 @@ export interface Step {
   parent: number;
   removed: number; // [mm^3]; negative: added
   made: number; // [s since 1970]; 0: unknown
-  // Null: the stock, an action on bodies, or a tool that pages do not know; steps of one tool share
-  // the object.
+  // Null: the stock, an action on bodies, or a tool that pages do not know. Steps with equal tools
+  // refer to the same object, so === compares tools.
   tool: Tool | null;
   mode: Mode; // off: the tool only moved
   label: string;
@@ -45,7 +45,7 @@ export const isAction = (step: Step): boolean => step.tool === null && step.labe
 export class StepTree {
   private steps = new Map<number, Step>();
   private tools = new Map<string, Tool | null>(); // by their JSON text
-  /** For a step to which the user went back: the next step of the path that was left. */
+  /** For each step from which redo can continue: its next step on the path that was undone last. */
   private last = new Map<number, number>();
   head = 0;
 
@@ -129,8 +129,8 @@ export class StepTree {
   }
 
   /**
-   * Splits the path into groups. `ends` returns whether a group ends with a step, for example at a
-   * name.
+   * Splits the path into groups. `ends` returns true for a step that must be the last one of its
+   * group, for example because the user named it.
    */
   groups(path: Step[], ends: (step: Step) => boolean): Group[] {
     const groups: Group[] = [];
