@@ -50,6 +50,58 @@ TriDexel block(int nodes, const Vec3& low, const Vec3& high) {
   return model;
 }
 
+// Lattice nodes that are on the other side than all their six neighbours.
+int lonely_nodes(const TriDexel& model) {
+  const Lattice& lattice = model.lattice();
+  const Index3 size = lattice.nodes;
+  const auto at = [&](int i, int j, int k) {
+    return (static_cast<size_t>(k) * static_cast<size_t>(size[1]) + static_cast<size_t>(j)) *
+               static_cast<size_t>(size[0]) +
+           static_cast<size_t>(i);
+  };
+  std::vector<char> inside(static_cast<size_t>(size.prod()), 0);
+  const Snapshot state = model.snapshot();
+  for (int j = 0; j < size[1]; j++)
+    for (int i = 0; i < size[0]; i++)
+      state.field(Axis::z).for_spans(i, j, [&](const Span& span) {
+        for (int k = 0; k < size[2]; k++)
+          if (span.in <= static_cast<float>(k) + 0.5f && static_cast<float>(k) + 0.5f < span.out)
+            inside[at(i, j, k)] = 1;
+      });
+  int lonely = 0;
+  for (int k = 1; k + 1 < size[2]; k++)
+    for (int j = 1; j + 1 < size[1]; j++)
+      for (int i = 1; i + 1 < size[0]; i++) {
+        const char own = inside[at(i, j, k)];
+        lonely += own != inside[at(i - 1, j, k)] && own != inside[at(i + 1, j, k)] &&
+                  own != inside[at(i, j - 1, k)] && own != inside[at(i, j + 1, k)] &&
+                  own != inside[at(i, j, k - 1)] && own != inside[at(i, j, k + 1)];
+      }
+  return lonely;
+}
+
+// A strand that many hooks pull out of a ball has no pits of one cell. On a steep surface, the
+// triangles and the dexels may disagree about a node that the surface leaves behind.
+TEST(Warp, AStrandHasNoPits) {
+  Random random;
+  int lonely = 0;
+  for (int strand = 0; strand < test::rounds_of("KIBORI_STRANDS", 20); strand++) {
+    TriDexel model(cube(120));
+    add(model, SweptBall(LatticePoint{random.in_box(40, 44)}, LatticeVector(), 30));
+    Vec3 tip = Vec3::Constant(42) + 30 / std::sqrt(3.0) * Vec3::Ones();
+    const Vec3 way = (Vec3::Ones() + 0.6 * random.direction()).normalized();
+    for (int pull = 0; pull < 10; pull++) {
+      const Vec3 by = 5 * (way + 0.3 * random.direction()).normalized();
+      Warp of(model);
+      of.begin();
+      warp(of, WarpVerb::hook, brush_of(14), drag_of(tip, by));
+      tip += by;
+      lonely += lonely_nodes(model);
+    }
+  }
+  EXPECT_EQ(lonely, 0) << random.note();
+}
+
 TEST(Warp, GrabRaisesABlocksTopByItsFalloff) {
   TriDexel model = block(80, {8, 8, 4}, {72, 72, 30.3});
   Warp of(model);

@@ -40,6 +40,9 @@ constexpr int kBorder = 4;
 // Maximum distance of an end from its edge [cells]. A vertex on a sharp edge may be this far
 // outside its cell.
 constexpr double kEndReach = 1.5;
+// If the surface has moved away from a node by more than this [cells], the node's state before the
+// move says nothing about its state after the move.
+constexpr double kMovedAway = 0.5;
 
 // A grab at constant volume lifts the surface by at most kMaxLift [cells], at most kMaxLifts times.
 // It ends when the volume error is below the share kKept of the moved volume.
@@ -674,8 +677,10 @@ void Warp::decide_nodes_of_row(int j, std::vector<uint32_t>& flagged) {
     if (events.empty()) continue;
     std::sort(events.begin(), events.end(),
               [](const Event& p, const Event& q) { return p.depth < q.depth; });
-    const int low = std::max(there.low[2], edge_of(events.front().depth)),
-              high = std::min(there.high[2], edge_of(events.back().depth) + 1);
+    // One more node on both sides, because the old surface may have passed a node on the other side
+    // than the dexels.
+    const int low = std::max(there.low[2], edge_of(events.front().depth) - 1),
+              high = std::min(there.high[2], edge_of(events.back().depth) + 2);
     size_t next = 0;
     int change = 0;
     for (int k = low; k < high; k++) {
@@ -684,13 +689,20 @@ void Warp::decide_nodes_of_row(int j, std::vector<uint32_t>& flagged) {
       const size_t node =
           box_.index(i, j, box_.low[2]) + static_cast<size_t>(k - box_.low[2]) * layer;
       bool is = mesh_[node] + change > 0;
-      // Next to a sharp edge, the triangles and the dexels may disagree about a node. If the
-      // winding number of a node near a new crossing does not change, the node keeps its state.
-      if (change == 0 && is != (before_[node] != 0) &&
-          std::any_of(events.begin(), events.end(), [&](const Event& e) {
-            return e.is_new && std::fabs(e.depth - (k + 0.5)) < kEndReach;
-          }))
-        is = before_[node] != 0;
+      // The triangles and the dexels may disagree about a node at the surface, for example next to a
+      // sharp edge. Suppose that the winding number of such a node does not change. If the surface
+      // has moved away from the node, the triangles decide. Otherwise, the node keeps its state.
+      if (change == 0 && is != (before_[node] != 0)) {
+        double nearest_new = kEndReach, nearest_old = kEndReach;
+        for (const Event& e : events) {
+          double& nearest = e.is_new ? nearest_new : nearest_old;
+          nearest = std::min(nearest, std::fabs(e.depth - (k + 0.5)));
+        }
+        const bool between = events.front().depth <= k + 0.5 && k + 0.5 < events.back().depth + 1;
+        if (nearest_new < std::min(kEndReach, nearest_old + kMovedAway) ||
+            (!between && nearest_old > kMovedAway))
+          is = before_[node] != 0;
+      }
       if (is == (before_[node] != 0)) continue;
       after_[node] = is;
       if (!flags_[node]) flagged.push_back(static_cast<uint32_t>(node));
