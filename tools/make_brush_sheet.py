@@ -33,7 +33,8 @@ def brushes():
     """The studio's brushes with their default strengths, in its order."""
     text = (ROOT / "web/src/tools/brushes.ts").read_text(encoding="utf-8")
     table = text[text.index("export const BRUSHES"):text.index("export const BRUSH_MODES")]
-    return re.findall(r"^  (\w+): \{.*?strength: ([\d.]+),", table, re.M | re.S)
+    # A picture does not show masks.
+    return [found for found in re.findall(r"^  (\w+): \{.*?strength: ([\d.]+),", table, re.M | re.S) if found[0] != "mask"]
 
 
 def vector(at):

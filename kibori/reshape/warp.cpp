@@ -40,8 +40,8 @@ constexpr int kBorder = 4;
 // Maximum distance of an end from its edge [cells]. A vertex on a sharp edge may be this far
 // outside its cell.
 constexpr double kEndReach = 1.5;
-// If the surface has moved away from a node by more than this [cells], the node's state before the
-// move says nothing about its state after the move.
+// If the surface has moved away from a node by more than this [cells], the node's old state says
+// nothing about its new state.
 constexpr double kMovedAway = 0.5;
 
 // A grab at constant volume lifts the surface by at most kMaxLift [cells], at most kMaxLifts times.
