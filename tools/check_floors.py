@@ -78,7 +78,7 @@ def module_of(path):
     """The module of an object file. The file holds one source, or several of a folder (cmake/unite.cmake)."""
     folder = next(i for i, part in enumerate(path.parts) if part.endswith(".dir"))
     first = path.parts[folder + 1]
-    return path.name.removeprefix("unity_").split("_")[0] if first == "Unity" else first
+    return path.name.split("_")[2] if first == "Unity" else first  # unity_kibori_MODULE_0_cxx.cxx.o
 
 
 def symbols(objects, what):
